@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from hysteresis.display import html_table, on_screen
 from hysteresis.records.record import Record
@@ -14,6 +14,9 @@ from validation.tracing.fitting.smooth import Smooth
 from validation.tracing.problem import AddedEffect
 from validation.tracing.result import in_words, trace_report
 from validation.tracing.settings import KNOWN_RIG, MOST_COMPETITORS, BaselineName
+
+if TYPE_CHECKING:
+    from validation.tracing.inference.decision import Decision
 
 Verdict = Literal["none", "effect", "partial", "ambiguous", "unexplained"]
 """Nothing is missing; effects are named; effects are named that leave much unexplained; effects are named that others
@@ -61,6 +64,8 @@ class Trace:
         Number of the last records that are a reference: the others are compared with them.
     channel_fits
         Channels beside the angle that were fitted by themselves.
+    decision
+        The test behind the verdict; None where the verdict is by rules.
     """
 
     model: BaselineName
@@ -75,6 +80,7 @@ class Trace:
     alike: float
     reference: int = 0
     channel_fits: tuple[ChannelFit, ...] = ()
+    decision: Decision | None = None
 
     @property
     def records(self) -> tuple[Record, ...]:

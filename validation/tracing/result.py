@@ -59,7 +59,7 @@ class EffectReport:
 
     ``delta_bic`` is how much lower the criterion is than before the effect was added; ``confusable_with`` has the
     effects that explain the records as well in its place. ``p`` is its own test against the other fits with one
-    effect (:mod:`validation.tracing.inference.rivals`); None where it was not compared.
+    effect (:mod:`validation.tracing.inference.front_runners`); None where it was not compared.
     """
 
     name: str
@@ -71,8 +71,8 @@ class EffectReport:
 
 
 @dataclass(frozen=True)
-class RivalReport:
-    """A fit with one effect: how often a record of it would be as far behind the best fit, and what it explains."""
+class FrontRunnerReport:
+    """A model with effects: how often a record of it would be as far behind the best model, and what it explains."""
 
     name: str
     p: float
@@ -81,14 +81,14 @@ class RivalReport:
 
 @dataclass(frozen=True)
 class DecisionReport:
-    """What the test of :mod:`validation.tracing.inference` says by itself; it does not decide the verdict yet.
+    """The test of :mod:`validation.tracing.inference` behind the verdict.
 
-    ``not_distinguished`` are the effects that the records do not tell apart, the best first.
+    ``not_distinguished`` are the models that the records do not tell apart, the best first.
     """
 
     verdict: str
     not_distinguished: tuple[str, ...]
-    rivals: tuple[RivalReport, ...]
+    front_runners: tuple[FrontRunnerReport, ...]
 
 
 @dataclass(frozen=True)
@@ -257,7 +257,6 @@ def trace_report(
     experiment: Experiment | None = None,
     opinion: SecondOpinion | None = None,
     limits: Sequence[DetectionLimit] = (),
-    decision: Decision | None = None,
     seconds: float | None = None,
     seed: int = 0,
 ) -> TraceReport:
@@ -278,7 +277,7 @@ def trace_report(
         explained_share=_explained_share(trace),
         noise=NoiseReport(trace.floor.repeats_deg, trace.floor.sensor_deg, trace.floor.how),
         reference=names[count:],
-        effects=_effects(trace, parameters, decision) if named else (),
+        effects=_effects(trace, parameters) if named else (),
         after=errors_of(trace.augmented) if named else before,
         detection_limits=tuple(limits),
         multibody=_multibody(opinion),
@@ -307,18 +306,19 @@ def trace_report(
         ranking=ranked_models(trace),
         baseline=baseline,
     )
-    return report if decision is None else _with_test(report, decision)
+    return report if trace.decision is None else _with_test(report, trace.decision)
 
 
 def _with_test(report: TraceReport, decision: Decision) -> TraceReport:
-    rivals = tuple(RivalReport(one.name, one.p, one.explained) for one in decision.rivals)
+    front_runners = tuple(FrontRunnerReport(" + ".join(one.names), one.p, one.explained) for one in decision.compared)
+    not_distinguished = tuple(" + ".join(names) for names in decision.not_distinguished)
     return replace(
         report,
         alpha=decision.alpha,
         p_none=decision.p_none,
         discrepancy_deg=decision.discrepancy_deg,
         simulations=decision.simulations,
-        by_test=DecisionReport(decision.verdict, decision.not_distinguished, rivals),
+        by_test=DecisionReport(decision.verdict, not_distinguished, front_runners),
     )
 
 
@@ -476,9 +476,7 @@ def nearest_candidate(candidates: Sequence[Candidate]) -> Candidate | None:
     return min(there, key=lambda c: c.fitted.heldout_rmse_deg, default=None)
 
 
-def _effects(
-    trace: Trace, parameters: Sequence[Mapping[str, Parameter]], decision: Decision | None
-) -> tuple[EffectReport, ...]:
+def _effects(trace: Trace, parameters: Sequence[Mapping[str, Parameter]]) -> tuple[EffectReport, ...]:
     """Effects that are named in the order in which they were added."""
     own = len(trace.baseline.names)
     parameters = parameters[own:]
@@ -490,7 +488,7 @@ def _effects(
             confusable_with=confusable,
             delta_bic=stages[k + 1][1] - stages[k][1],
             heldout_rmse_deg=_finite(stages[k + 1][0].heldout_rmse_deg),
-            p=None if decision is None else decision.p_of(added.effect.name),
+            p=None if trace.decision is None else trace.decision.p_of(added.effect.name),
         )
         for k, (added, values, confusable) in enumerate(zip(trace.effects, parameters, trace.confusable, strict=True))
     )

@@ -55,6 +55,8 @@ from validation.tracing.fitting.fitted import rms
 from validation.tracing.fitting.holdout import divide_records
 from validation.tracing.fitting.noise import sensor_noise_deg
 from validation.tracing.fitting.smooth import smooth_functions
+from validation.tracing.inference.decided import decided
+from validation.tracing.inference.decision import decide
 from validation.tracing.outcome import Trace, turns_are_alike
 from validation.tracing.search import Search, best_of_other_loops, refit_without_heldout, select_effects
 from validation.tracing.search.search import FitCount, Progress
@@ -114,6 +116,8 @@ def trace_records(
     threads: int = 2,
     progress: Callable[[str, int, int], None] | None = None,
     effects: Sequence[Effect] | None = None,
+    alpha: float | None = None,
+    seed: int = 0,
 ) -> Trace:
     """Trace the residual of the records of one rig.
 
@@ -129,6 +133,9 @@ def trace_records(
         Called before every fit with what is fitted, and with how many fits are done and expected so far.
     effects
         Effects that are tried; by default the whole catalogue.
+    alpha, seed
+        Probability with which the verdict may claim an effect that is not there, where the kind of baseline has a test
+        (:func:`validation.tracing.inference.decide`), and of its draws; None, the default, for a verdict by rules.
 
     Raises
     ------
@@ -156,14 +163,21 @@ def trace_records(
             trace = _trace_unknown_geometry(numbered, tried, threads, report)
         else:
             trace = _trace_known_rig(Search(problem, KNOWN_RIG, tried, threads, report))
-    if trace.baseline.fold_errors is None:
-        trace = _confirmed(trace)
-        if trace.verdict == "unexplained" and problem is not None:
-            trace = partial_above_floor(named_in_part(trace, threads))
-        trace = with_remaining_error(left_near_noise(trace))
+    decision = None if alpha is None else decide(trace, effects=tried, alpha=alpha, seed=seed, threads=threads)
+    trace = _by_rules(trace, threads, known=problem is not None) if decision is None else decided(trace, decision)
     trace = doubted_with_leap(doubted_on_heldout(doubted_without_noise(trace)), lost=bool(lost))
     notes = (*lost, *notes, *map(_out_of_plane, filter(None, map(coupling, numbered))))
     return replace(trace, words=(*trace.words, *notes, *sensor_words(trace.records, trace.floor.deg)))
+
+
+def _by_rules(trace: Trace, threads: int, *, known: bool) -> Trace:
+    """Give a trace of records of one plane the verdict that its held-out samples leave."""
+    if trace.baseline.fold_errors is not None:
+        return trace
+    trace = _confirmed(trace)
+    if trace.verdict == "unexplained" and known:
+        trace = partial_above_floor(named_in_part(trace, threads))
+    return with_remaining_error(left_near_noise(trace))
 
 
 def _trace_in_space(

@@ -163,7 +163,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--count", type=int, default=10, help="rigs of each make")
     parser.add_argument("--out", type=Path, default=LEARNT, help="file of the priors")
     options = parser.parse_args(arguments)
-    rigs = [clean_rig(make, trace) for make, trace in traces(options.geometry, options.count)]
+    found = traces(options.geometry, options.count)
+    rigs = [clean_rig(make, trace) for make, trace in found if trace.baseline.fold_errors is None]
     stored = tomllib.loads(options.out.read_text(encoding="utf-8")) if options.out.exists() else {}
     kinds = dict(stored.get("kinds", {}))
     for kind in dict.fromkeys(rig.kind for rig in rigs):

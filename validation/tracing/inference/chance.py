@@ -47,7 +47,7 @@ class Chance:
 
 
 def chance_of(grid: Grid, *, seed: int = 0, simulations: int = SIMULATIONS) -> Chance:
-    """Test whether a record shows any effect that it has a shape of."""
+    """Test whether a record shows any effect that it has a shape of; p is 1 where the residual is within steps."""
     linear, rng = grid.linear, np.random.default_rng(seed)
     likely = likelihoods(grid)
     weights = np.exp([one.score - likely[0].score for one in likely])
@@ -61,7 +61,7 @@ def chance_of(grid: Grid, *, seed: int = 0, simulations: int = SIMULATIONS) -> C
     statistics = 2 * (with_each - without)
     largest = statistics.max(axis=0, initial=0.0)
     return Chance(
-        p=float(1 + (largest[1:] >= largest[0]).sum()) / (1 + simulations),
+        p=1.0 if linear.within_steps else float(1 + (largest[1:] >= largest[0]).sum()) / (1 + simulations),
         statistics=dict(zip(linear.names, statistics[:, 0].tolist(), strict=True)),
         critical={alpha: float(np.quantile(largest[1:], 1 - alpha)) for alpha in (0.01, 0.05, 0.2)},
         covariance=likely[0].covariance,

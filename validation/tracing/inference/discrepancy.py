@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import accumulate, groupby
+from itertools import accumulate
 
 import numpy as np
 
@@ -22,8 +22,6 @@ from validation.tracing.inference.shapes import Shape
 
 LEAST_BEYOND = 3e-3
 """Part of a shape that must be beyond the derivatives of the fit: less is an error of these."""
-SAME_DIRECTION = 0.9995
-"""Cosine from which two starts of an effect count as one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +72,14 @@ class Linearised:
         return self.residual.size - self.tangent.shape[1]
 
     @property
+    def within_steps(self) -> bool:
+        """Whether the residual is within the digits of the angle and the steps of the drive.
+
+        These errors are no draws, but follow the drive as an effect may: such a residual shows nothing.
+        """
+        return float(np.mean(self.residual**2)) <= self.floor_deg**2
+
+    @property
     def shares(self) -> Floats:
         """Part of the discrepancy of its effect that each column of the shapes has, shape (s,)."""
         counts = self.counts
@@ -94,7 +100,6 @@ def linearised(fitted: Fitted, shapes: Sequence[Shape]) -> Linearised:
         name: _padded(basis, rows.errors.size)[rows.train] for name, basis in bases_of(fitted.model.problem).items()
     }
     kept = [(one, columns) for one in shapes if (columns := _beyond(one.columns, tangent)) is not None]
-    kept = [pair for _, own in groupby(kept, key=lambda pair: pair[0].effect) for pair in _distinct([*own])]
     owners = [one.effect for one, _ in kept]
     names = tuple(dict.fromkeys(owners))
     sizes = [columns.shape[1] for _, columns in kept]
@@ -139,20 +144,6 @@ def _beyond(columns: Floats, tangent: Floats) -> Floats | None:
     size, whole = np.linalg.norm(left, axis=0), np.linalg.norm(columns, axis=0)
     there = size > LEAST_BEYOND * whole
     return left[:, there] / size[there] * np.sqrt(len(left)) if there.any() else None
-
-
-def _distinct(shapes: Sequence[tuple[Shape, Floats]]) -> list[tuple[Shape, Floats]]:
-    """Shapes of one effect without those that repeat another: a start twice as large often does."""
-    out = list[tuple[Shape, Floats]]()
-    for one, columns in shapes:
-        alike = (
-            float(columns[:, 0] @ other[:, 0]) / len(other)
-            for own, other in out
-            if own.columns.shape[1] == one.columns.shape[1] == 1 and own.one_sided == one.one_sided
-        )
-        if not any((cosine if one.one_sided else abs(cosine)) > SAME_DIRECTION for cosine in alike):
-            out.append((one, columns))
-    return out
 
 
 def _together(columns: Floats, tangent: Floats) -> Floats | None:

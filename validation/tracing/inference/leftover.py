@@ -17,8 +17,11 @@ def leftover_deg(linear: Linearised, covariance: Covariance, noise_deg: float, s
     """Root mean square of what a fit leaves above the sensor's noise, deg.
 
     The discrepancy counts as it is most likely, K K'P y. Noise counts as far as it is above the sensor's, because a
-    correlated noise can be a bending that the model lacks; all of it is the sensor's where that is not known.
+    correlated noise can be a bending that the model lacks; all of it is the sensor's where that is not known. Nothing
+    is left within the steps of the sensor and of the drive.
     """
+    if linear.within_steps:
+        return 0.0
     discrepancy = likely_discrepancy_deg(linear, covariance)
     above = 0.0 if sensor_deg is None else max(noise_deg**2 - (SENSOR_MARGIN * sensor_deg) ** 2, 0.0)
     return math.sqrt(discrepancy**2 + above)

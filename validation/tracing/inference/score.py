@@ -185,18 +185,14 @@ def gains(linear: Linearised, shapes: Floats, weights: Floats, turned: Floats) -
 def squares_by_shape(linear: Linearised, shapes: Floats, weights: Floats, turned: Floats) -> Floats:
     """Part of y'P y that each shape takes, no negative amount where it is one-sided, shape (k, N)."""
     own = shapes * np.sqrt(weights)[:, None]
-    ends = [*linear.blocks[1:], own.shape[1]]
-    parts = [own[:, a:b] for a, b in zip(linear.blocks, ends, strict=True)]
-    unit = np.column_stack([np.linalg.qr(part)[0] if part.shape[1] > 1 else _unit(part) for part in parts])
+    unit = own / np.maximum(np.linalg.norm(own, axis=0), 1e-300)
+    sizes = np.diff([*linear.blocks, own.shape[1]])
+    for first, size in zip(linear.blocks[sizes > 1], sizes[sizes > 1], strict=True):
+        unit[:, first : first + size] = np.linalg.qr(own[:, first : first + size])[0]
     along = (unit * np.sqrt(weights)[:, None]).T @ turned
-    single = np.diff([*linear.blocks, own.shape[1]]) == 1
-    sided = np.repeat(linear.one_sided & single, np.diff([*linear.blocks, own.shape[1]]))
+    sided = np.repeat(linear.one_sided & (sizes == 1), sizes)
     along[sided] = np.maximum(along[sided], 0.0)
     return np.asarray(np.add.reduceat(along**2, linear.blocks, axis=0))
-
-
-def _unit(column: Floats) -> Floats:
-    return column / max(float(np.linalg.norm(column)), 1e-300)
 
 
 def log_likelihood(one: Reduced, square: Floats, covariance: Covariance, prior: DiscrepancyPrior) -> Floats:

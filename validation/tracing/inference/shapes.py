@@ -12,7 +12,7 @@ import numpy as np
 from fem_models.rig import RigError
 from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats
-from validation.tracing.effect import Effect, FreeParameter, Values
+from validation.tracing.effect import Effect, FreeParameter, RigForm, Values
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.model import Model
 from validation.tracing.problem import AddedEffect
@@ -42,15 +42,18 @@ def shapes_beside(fitted: Fitted, effects: Sequence[Effect], threads: int = 1) -
     """Shapes of all effects that a fitted model lacks, by one run of the model for each start.
 
     Amounts of a form that have either sign, such as the sine and the cosine of a run-out, make one shape together for
-    each choice of its other parameters. A start that has no solution, or changes nothing, has no shape.
+    each choice of its other parameters. A start that has no solution, or changes nothing, has no shape. Forms that
+    only refine others have none of their own.
     """
-    found = list[Shape]()
+    found, errors = list[Shape](), _Errors(fitted, threads)
     for effect in effects:
         if effect.name in fitted.names:
             continue
         for form in fitted.model.problem.forms(effect):
+            if isinstance(form, RigForm) and form.refines:
+                continue
             starts = fitted.model.problem.starts(form)
-            changes = [(values, _change(fitted, AddedEffect(effect, form), values, threads)) for values in starts]
+            changes = [(values, _change(fitted, AddedEffect(effect, form), values, errors)) for values in starts]
             there = [(values, change) for values, change in changes if change is not None]
             found += _of_form(effect.name, form, there)
     return found
@@ -85,15 +88,47 @@ def _spanned(changes: Sequence[Floats], most: int) -> Floats:
     return np.asarray((left * size)[:, : min(most, int((size > 1e-3 * size[0]).sum()))])
 
 
-def _change(fitted: Fitted, added: AddedEffect, values: Values, threads: int) -> Floats | None:
+@dataclass
+class _Errors:
+    """Errors of a fitted model with an effect; the rig is not run again for effects on the reading alone."""
+
+    fitted: Fitted
+    threads: int
+    _followed: Any = None
+
+    def of(self, model: Model, x: Floats, *, of_reading: bool) -> list[Floats] | None:
+        """Errors at coordinates; None without a solution."""
+        try:
+            if not of_reading:
+                return model.errors(x, self.threads)
+            if self._followed is None:
+                self._followed = self.fitted.model.followed(self.fitted.x, self.threads)[1]
+            return model.moved_errors(self._followed, [x], 1)[0]
+        except (SolverError, RigError):
+            return None
+
+
+def _change(fitted: Fitted, added: AddedEffect, values: Values, errors: _Errors) -> Floats | None:
     """Change of what is fitted, training samples alone, shape (m,); None without a solution or without a change."""
     model = Model(fitted.model.problem, (*fitted.model.added, added))
     baseline, effects = fitted.model.values(fitted.x)
+    of_reading = isinstance(added.form, RigForm) and added.form.rig is None and not values.keys() & baseline.keys()
     baseline = {name: values.get(name, value) for name, value in baseline.items()}
     low, high = model.bounds()
     x = np.clip(model.coordinates(baseline, [*effects, values]), low + INSIDE_BOUNDS, high - INSIDE_BOUNDS)
-    try:
-        change = (fitted.holdout.stacked(model.errors(x, threads)) - fitted.rows.errors)[fitted.rows.train]
-    except (SolverError, RigError):
+    there = errors.of(model, x, of_reading=of_reading)
+    if there is None:
         return None
+    change = (fitted.holdout.stacked(there) - fitted.rows.errors)[fitted.rows.train]
     return change if np.isfinite(change).all() and np.abs(change).max() >= NO_CHANGE_DEG else None
+
+
+def with_fits(shapes: Sequence[Shape], base: Fitted, fits: Sequence[Fitted]) -> list[Shape]:
+    """Add what models with one more effect change where they were fitted: what starts far off do not show."""
+    train = base.rows.train
+    found = list[Shape]()
+    for one in fits:
+        name = next(name for name in one.names if name not in base.names)
+        found.append(Shape(name, (one.rows.errors - base.rows.errors)[train][:, None], one_sided=True))
+    every = dict.fromkeys(one.effect for one in (*shapes, *found))
+    return [one for name in every for one in (*shapes, *found) if one.effect == name]

@@ -2,11 +2,13 @@
 
 If effect e made the record, the fit o of another effect would leave r_o - r_e and noise (Cox's test of separate
 families, 1962, by simulation: Williams 1970, doi 10.2307/2528927). Scores are l of the residual beyond the tangent
-of each fit, at the covariances and in the contrasts of the fit without effects.
+of each fit, at the covariances and in the contrasts of the fit without effects, less what each parameter costs
+(Schwarz 1978, doi 10.1214/aos/1176344136).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -19,13 +21,10 @@ from validation.tracing.inference.discrepancy import tangent_of
 from validation.tracing.inference.relevance import Grid
 from validation.tracing.inference.score import Covariance, Reduced, log_likelihood, noise_deg, reduced
 
-MOST_RIVALS = 8
-"""Fits that are compared: those that leave least."""
-
 
 @dataclass(frozen=True, eq=False)
-class Rival:
-    """A fitted effect.
+class FrontRunner:
+    """A model with effects that is compared with others.
 
     Parameters
     ----------
@@ -67,8 +66,8 @@ class _Fits:
     tangents: Sequence[Floats]
 
 
-def rivals_of(grid: Grid, fits: Sequence[Fitted], *, seed: int = 0, simulations: int) -> list[Rival]:
-    """Compare fits with one effect each, the best first; empty without any."""
+def front_runners_of(grid: Grid, fits: Sequence[Fitted], *, seed: int = 0, simulations: int) -> list[FrontRunner]:
+    """Compare fits with effects, the best first; empty without any."""
     if not fits:
         return []
     residuals = np.column_stack([-one.rows.errors[one.rows.train] for one in fits])
@@ -76,20 +75,21 @@ def rivals_of(grid: Grid, fits: Sequence[Fitted], *, seed: int = 0, simulations:
     spaces = {rho: _space(grid, rho, residuals, tangents) for rho in dict.fromkeys(g.rho for g in grid.covariances)}
     at = {g: _fits_at(grid, g, spaces[g.rho]) for g in grid.covariances}
     squares = {g: np.array([_square(own, i) for i in range(len(fits))]) for g, own in at.items()}
-    scores = {g: log_likelihood(at[g].contrasts, row, g, grid.prior) for g, row in squares.items()}
+    sizes = 0.5 * math.log(grid.linear.freedom) * np.array([one.x.size for one in fits])
+    scores = {g: log_likelihood(at[g].contrasts, row, g, grid.prior) - sizes for g, row in squares.items()}
     best = [grid.covariances[int(np.argmax([scores[g][i] for g in grid.covariances]))] for i in range(len(fits))]
     own = [float(scores[g][i]) for i, g in enumerate(best)]
     noises = [noise_deg(grid.linear, float(squares[g][i])) for i, g in enumerate(best)]
     found = [
-        Rival(one, max(own) - score, 1.0, g, noise)
+        FrontRunner(one, max(own) - score, 1.0, g, noise)
         for one, score, g, noise in zip(fits, own, best, noises, strict=True)
     ]
-    drawn_scores = _drawn_scores(grid, at, found, seed, simulations)
+    drawn_scores = [one - sizes[:, None] for one in _drawn_scores(grid, at, found, seed, simulations)]
     found = [
         replace(one, p=_part_as_far(own_scores.max(axis=0) - own_scores[i], one.behind))
         for i, (one, own_scores) in enumerate(zip(found, drawn_scores, strict=True))
     ]
-    return sorted(found, key=lambda rival: rival.behind)
+    return sorted(found, key=lambda one: one.behind)
 
 
 def _part_as_far(behind: Floats, least: float) -> float:
@@ -118,16 +118,16 @@ def _square(fits: _Fits, i: int) -> float:
 
 
 def _drawn_scores(
-    grid: Grid, at: Mapping[Covariance, _Fits], rivals: Sequence[Rival], seed: int, count: int
+    grid: Grid, at: Mapping[Covariance, _Fits], found: Sequence[FrontRunner], seed: int, count: int
 ) -> list[Floats]:
     """For each fit, if its effect made the record: largest scores of all fits, shape (f, count).
 
     The covariances are those that are most likely beside one of the fits.
     """
-    out = [np.full((len(rivals), count), -np.inf) for _ in rivals]
-    covariances = tuple(dict.fromkeys(rival.covariance for rival in rivals))
+    out = [np.full((len(found), count), -np.inf) for _ in found]
+    covariances = tuple(dict.fromkeys(one.covariance for one in found))
     for own in covariances:
-        rng, noise = np.random.default_rng(seed), min(one.noise_deg for one in rivals if one.covariance == own)
+        rng, noise = np.random.default_rng(seed), min(one.noise_deg for one in found if one.covariance == own)
         draws = drawn(grid.linear, own, scales_of_rigs(grid, noise, rng, count), rng)
         for g in covariances:
             fits = at[g]
@@ -135,10 +135,10 @@ def _drawn_scores(
             unit = fits.turn @ rows.inside
             whole = rows.outside + np.einsum("ij,ij->j", unit, unit)
             along = [basis.T @ unit for basis in fits.tangents]
-            for e, rival in enumerate(rivals):
-                if rival.covariance != own:
+            for e, own_fit in enumerate(found):
+                if own_fit.covariance != own:
                     continue
-                size = rival.noise_deg
+                size = own_fit.noise_deg
                 left = fits.residuals - fits.residuals[:, [e]]
                 for o, basis in enumerate(fits.tangents):
                     shift = basis.T @ left[:, o]

@@ -1,0 +1,241 @@
+"""Compare the verdict by rules with the verdict by the test, on the same fresh cases, row by row.
+
+    python -m validation.practice.gate --seed 7 --count 8 --out gate.jsonl
+
+Each case is drawn and traced once; both verdicts are of that one search. A line is appended to the file for every
+case, and cases that have a line are not traced again. A seed is used once, after the last change.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+import zlib
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, replace
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+from rich.progress import track
+from scipy.stats import binomtest
+
+from hysteresis.plain import from_plain, to_plain
+from validation.practice.clean_makes.maxwell_slip import draw_maxwell_slip
+from validation.practice.clean_makes.uneven_notches import draw_uneven_notches
+from validation.practice.draw import CLEAN, Case, drawn_labels
+from validation.practice.lumped.cases import LABELS as LUMPED_LABELS
+from validation.practice.lumped.cases import draw_lumped_case
+from validation.practice.outcome import Answer, Outcome
+from validation.practice.outside_catalogue import OUTSIDE_CATALOGUE
+from validation.practice.protocols import Kind
+from validation.practice.score import outcome_of
+from validation.practice.series.effects import labels_of
+from validation.practice.spoiled.draw import SOURCES, Source, draw_labelled
+from validation.practice.summary import exact_interval
+from validation.tracing import trace_records
+from validation.tracing.inference import ALPHA, decide
+from validation.tracing.outcome import Trace
+
+MOST_LEADING = 3
+MAKES: Mapping[str, Callable[[int, int], Case]] = {
+    "lumped": lambda seed, number: draw_lumped_case(seed, "known", CLEAN, number),
+    "maxwell slip": draw_maxwell_slip,
+    "uneven notches": draw_uneven_notches,
+}
+"""Clean rigs of three makes."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """Cases of one kind: where they come from, whether the rig is declared, and their labels."""
+
+    source: Source | None
+    kind: Kind
+    labels: tuple[str, ...]
+
+
+def _of_own(kind: Kind) -> tuple[str, ...]:
+    return tuple(label for label in drawn_labels(kind) if label not in OUTSIDE_CATALOGUE)
+
+
+ROWS: Mapping[str, Row] = {
+    "own": Row("own", "known", _of_own("known")),
+    "lumped": Row("lumped", "known", LUMPED_LABELS),
+    "series": Row("series", "known", labels_of("known")),
+    "clean": Row(None, "known", tuple(MAKES)),
+    "sensors": Row("sensors", "known", SOURCES["sensors"]),
+    "unknown": Row("own", "unknown", _of_own("unknown")),
+}
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A case: the seed of its set, its row and its number, from 0."""
+
+    seed: int
+    row: str
+    number: int
+
+    @property
+    def label(self) -> str:
+        """Labels follow each other in an order that is drawn for the set."""
+        labels = ROWS[self.row].labels
+        order = np.random.default_rng((self.seed, zlib.crc32(self.row.encode()))).permutation(len(labels))
+        return labels[order[self.number % len(labels)]]
+
+    def case(self) -> tuple[Case, tuple[str, ...]]:
+        """Draw the case, with the effects that count neither way."""
+        row, number = ROWS[self.row], self.number // len(ROWS[self.row].labels)
+        if row.source is None:
+            return MAKES[self.label](self.seed, number), ()
+        return draw_labelled(row.source, self.seed, row.kind, self.label, number)
+
+
+@dataclass(frozen=True)
+class Line:
+    """A case with the answers of the rules and of the test.
+
+    ``test`` is None where the test does not decide for this kind of baseline. ``leading`` has the effects with the
+    largest statistics, ``fitted`` those whose fits were compared, the best first.
+    """
+
+    row: str
+    seed: int
+    number: int
+    rules: Outcome
+    test: Outcome | None
+    p_none: float | None
+    leading: tuple[str, ...]
+    fitted: tuple[str, ...]
+    seconds: float
+    decision_seconds: float
+
+    @property
+    def decided(self) -> Outcome:
+        """Answer with the test where it decides, of the rules elsewhere."""
+        return self.test or self.rules
+
+
+def traced(asked: Asked) -> tuple[Case, tuple[str, ...], Trace, float]:
+    """Draw and trace a case; the last is seconds of one core."""
+    case, describes = asked.case()
+    start = time.process_time()
+    trace = trace_records(case.records, threads=1)
+    return case, describes, trace, time.process_time() - start
+
+
+def line_of(asked: Asked, drawn: tuple[Case, tuple[str, ...], Trace, float], alpha: float = ALPHA) -> Line:
+    """Answer a traced case by the rules and by the test."""
+    case, describes, trace, seconds = drawn
+    start = time.process_time()
+    decision = decide(trace, alpha=alpha)
+    took = time.process_time() - start
+
+    def outcome(answer: Answer) -> Outcome:
+        found = outcome_of(asked.label, case, answer, seconds)
+        return replace(found, describes=describes)
+
+    rules = Answer(
+        verdict=trace.verdict,
+        named=trace.names,
+        confusable=trace.confusable[0] if trace.confusable else (),
+        noise_floor_deg=trace.floor.deg,
+        before_deg=trace.baseline.heldout_rmse_deg,
+        after_deg=trace.augmented.heldout_rmse_deg,
+    )
+    if decision is None:
+        return Line(asked.row, asked.seed, asked.number, outcome(rules), None, None, (), (), seconds, took)
+    test = replace(
+        rules,
+        verdict=decision.verdict,
+        named=decision.names,
+        confusable=decision.confusable[0] if decision.confusable else (),
+        after_deg=decision.best.heldout_rmse_deg,
+    )
+    return Line(
+        row=asked.row,
+        seed=asked.seed,
+        number=asked.number,
+        rules=outcome(rules),
+        test=outcome(test),
+        p_none=decision.p_none,
+        leading=tuple(sorted(decision.statistics, key=lambda name: -decision.statistics[name])[:MOST_LEADING]),
+        fitted=tuple(" + ".join(one.names) for one in decision.compared),
+        seconds=round(seconds, 2),
+        decision_seconds=round(took, 2),
+    )
+
+
+def table(lines: Sequence[Line]) -> list[str]:
+    """Rows of a Markdown table: counts with exact 95 % intervals, by the rules and by the test, and McNemar's p."""
+    out = [
+        "| row | cases | what | rules | test | only rules, only test | p (McNemar, exact) |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for row in dict.fromkeys(one.row for one in lines):
+        own = [one for one in lines if one.row == row]
+        effects = [one for one in own if one.rules.truth]
+        if effects:
+            out.append(_counts(row, "in the set", effects, lambda one: one.within_set))
+            out.append(_counts(row, "named first", effects, lambda one: one.first_right))
+            out.append(_counts(row, "nothing else named", effects, lambda one: {*one.counted} == {*one.truth}))
+        out.append(_counts(row, "a false name", own, lambda one: one.names_falsely))
+    return out
+
+
+def _counts(row: str, what: str, lines: Sequence[Line], hit: Callable[[Outcome], bool]) -> str:
+    rules, test = [hit(one.rules) for one in lines], [hit(one.decided) for one in lines]
+    lost = sum(old and not new for old, new in zip(rules, test, strict=True))
+    won = sum(new and not old for old, new in zip(rules, test, strict=True))
+    p = binomtest(won, won + lost).pvalue if won + lost else 1.0
+    cells = [row, str(len(lines)), what, _rate(sum(rules), len(lines)), _rate(sum(test), len(lines))]
+    return f"| {' | '.join(cells)} | {lost}, {won} | {p:.2g} |"
+
+
+def _rate(hits: int, of: int) -> str:
+    low, high = exact_interval(hits, of)
+    return f"{hits} of {of} ({100 * low:.0f} to {100 * high:.0f} %)"
+
+
+def read_lines(path: Path) -> list[Line]:
+    """Read the cases that have a line."""
+    if not path.exists():
+        return []
+    text = path.read_text(encoding="utf-8").splitlines()
+    return [from_plain(Line, json.loads(one), f"{path}:{at}") for at, one in enumerate(text, start=1)]
+
+
+def append(path: Path, line: Line) -> None:
+    """Append the line of a case."""
+    with path.open("a", encoding="utf-8") as file:
+        file.write(json.dumps(to_plain(line)) + "\n")
+
+
+def _answered(asked: Asked) -> Line:
+    return line_of(asked, traced(asked))
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Trace the cases that have no line yet, and print the table of all."""
+    parser = argparse.ArgumentParser(prog="python -m validation.practice.gate")
+    parser.add_argument("--seed", type=int, required=True, help="of the set")
+    parser.add_argument("--rows", nargs="+", choices=[*ROWS], default=[*ROWS], help="rows; all of them by default")
+    parser.add_argument("--count", type=int, default=8, help="cases of each row")
+    parser.add_argument("--workers", type=int, default=1, help="processes; 1 by default")
+    parser.add_argument("--out", type=Path, required=True, help="file of the lines")
+    options = parser.parse_args(arguments)
+    there = {(one.row, one.seed, one.number) for one in read_lines(options.out)}
+    every = [Asked(options.seed, row, number) for number in range(options.count) for row in options.rows]
+    todo = [one for one in every if (one.row, one.seed, one.number) not in there]
+    with ProcessPoolExecutor(options.workers, mp_context=get_context("spawn")) as pool:
+        futures = [pool.submit(_answered, one) for one in todo]
+        for future in track(as_completed(futures), total=len(futures), description="cases"):
+            append(options.out, future.result())
+    print("\n".join(table([one for one in read_lines(options.out) if one.row in options.rows])))  # noqa: T201
+
+
+if __name__ == "__main__":
+    main()
