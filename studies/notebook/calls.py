@@ -165,12 +165,11 @@ def trace(
     >>> found.verdict, found.names
     """
     from validation.tracing import trace_records
-    from validation.tracing.inference import ALPHA
 
     new, old = as_records(records), as_records(reference, "reference")
     if any(one in old for one in new):
         raise RecordError("reference: a record is its own reference: expected different records")
-    return trace_records(new, reference=old, threads=threads, alpha=ALPHA)
+    return trace_records(new, reference=old, threads=threads)
 
 
 @checked

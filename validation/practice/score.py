@@ -74,10 +74,9 @@ class Job:
 def trace(records: Sequence[Record], seed: int) -> Answer:
     """Run the tracer of the package."""
     from validation.tracing import trace_records  # late: workers that only read outcomes do not need it
-    from validation.tracing.inference import ALPHA
     from validation.tracing.result import trace_report
 
-    report = trace_report(trace_records(records, threads=1, alpha=ALPHA, seed=seed))
+    report = trace_report(trace_records(records, threads=1))
     return Answer(
         verdict=report.verdict,
         named=tuple(effect.name for effect in report.effects),

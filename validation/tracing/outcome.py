@@ -65,7 +65,7 @@ class Trace:
     channel_fits
         Channels beside the angle that were fitted by themselves.
     decision
-        The test behind the verdict; None where the verdict is by rules.
+        What the test says; None where the kind of baseline has none, or it was not asked.
     """
 
     model: BaselineName

@@ -81,7 +81,7 @@ class FrontRunnerReport:
 
 @dataclass(frozen=True)
 class DecisionReport:
-    """The test of :mod:`validation.tracing.inference` behind the verdict.
+    """What the test of :mod:`validation.tracing.inference` says by itself, beside the verdict by rules or behind it.
 
     ``not_distinguished`` are the models that the records do not tell apart, the best first.
     """

@@ -118,7 +118,7 @@ def test_backlash_is_traced_and_the_file_has_the_documented_fields(folder):
     assert "whose protocol differs" in result["heldout_by"]
 
 
-def test_the_file_has_the_test_behind_the_verdict(folder):
+def test_the_file_has_the_test_beside_the_verdict(folder):
     result = stored(folder)
     assert (result["alpha"], result["simulations"]) == (0.05, 999)
     assert 0.001 <= result["p_none"] <= 0.05
