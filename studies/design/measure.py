@@ -28,6 +28,8 @@ SPARE = 1.06
 BEYOND = 1.5
 """Bend over the required one to which a tube is pulled where no limit of tension or drive ends it before."""
 TRIES = 6
+FINE = np.array([0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2])
+"""Shares of the drive, beyond it, at which a load of the tip is balanced again."""
 PROBE = 0.05
 """Tip load that stiffness and tip force are taken from, over the tension times the arm over the length."""
 
@@ -173,7 +175,7 @@ def measure(rig: Rig, wire: Wire, use: Use, model: Callable[[Rig], Bender] = Cha
         at_bend = max(abs(branch.at(bend, column)) for column in branch.strain.T)
         found["peak_strain_percent"] = 100 * max(float(np.abs(below).max(initial=0.0)), at_bend)
         found |= _cycle(rig, bender, found["drive_mm"], use)
-        found |= _tip(rig, branch, use, model)
+        found |= _tip(rig, bender, found["drive_mm"], use, model)
     return Measured(**found)
 
 
@@ -236,25 +238,23 @@ def life_of(rig: Rig, amplitude: float, mean: float, own: StrainLife | None) -> 
     return nitinol_life(amplitude, mean, rig.superelastic.start_MPa / (1e3 * rig.material.youngs_modulus_GPa))
 
 
-def _tip(rig: Rig, branch: Followed, use: Use, model: Callable[[Rig], Bender]) -> dict[str, float]:
+def _tip(rig: Rig, bender: Bender, drive: float, use: Use, model: Callable[[Rig], Bender]) -> dict[str, float]:
     """Take force and stiffness across the tip from a run with a small load against the bend there.
 
     The load is there from the start, so that the guides slide. Its influence on tension and tip is taken as linear.
+    Both runs have the same samples, close to each other beyond the drive: what is compared is small.
     """
     if not {"tip_force_N", "tip_stiffness_N_per_mm"} & use.wanted:
         return {}
-    bend, arm = use.bend_deg, joint_row(rig).first.arms_mm.a
-    tension, drive = branch.at(bend, branch.tension_N), branch.at(bend, branch.drive_mm)
-    load = PROBE * tension * arm / rig.length_mm
-    loaded = _loaded(model(replace(rig, tip_load=TipLoad(load, bend - 90.0))), use)
-    heading = math.radians(bend)
-    moved = sum(
-        part * (float(np.interp(drive, branch.drive_mm, before)) - float(np.interp(drive, loaded.drive_mm, after)))
-        for part, before, after in zip(
-            (-math.sin(heading), math.cos(heading)), branch.tip_mm.T, loaded.tip_mm.T, strict=True
-        )
-    )
-    more = loaded.at(bend, loaded.tension_N) - tension if loaded.bend_deg[-1] >= bend else math.nan
+    path = np.concatenate([np.linspace(0.0, drive, SAMPLES), drive * (1 + FINE)])
+    free = bender.follow(path)
+    tension = free.at(use.bend_deg, free.tension_N)
+    load = PROBE * tension * bender.joints.first.arms_mm.a / rig.length_mm
+    loaded = model(replace(rig, tip_load=TipLoad(load, use.bend_deg - 90.0))).follow(path)
+    heading = math.radians(use.bend_deg)
+    away = free.tip_mm[SAMPLES - 1] - loaded.tip_mm[SAMPLES - 1]
+    moved = float(away[1] * math.cos(heading) - away[0] * math.sin(heading))
+    more = loaded.at(use.bend_deg, loaded.tension_N) - tension if loaded.bend_deg[-1] >= use.bend_deg else math.nan
     room = use.tension_N - tension
     return {
         "tip_stiffness_N_per_mm": load / moved if moved > 0 else math.inf,
