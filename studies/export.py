@@ -63,7 +63,7 @@ class ModelChoice:
     ] = None
 
     @property
-    def of_pattern(self) -> dict[str, object]:
+    def of_pattern(self) -> Mapping[str, object]:
         """Options of a flat pattern alone, by their names."""
         return {"--kerf": self.kerf, "--beam": self.beam, "--seam": self.seam}
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -22,6 +22,8 @@ DIGITS: Final = 6
 """Decimals of the lengths, mm, and angles, deg, that are read."""
 TOLERANCE_MM: Final = 0.02
 """How far an outline may be from the notch that is read from it, and opposite cuts of a pair from each other."""
+NotchTable = Mapping[str, str | int | float | list[float]]
+"""The table [notch] of a rig file, with ``turn_deg``."""
 _STRAIGHT = 0.02
 _PLACES = 25
 
@@ -47,7 +49,7 @@ class _Reading:
     beam: Beam
 
 
-def notch_table(sheet: Sheet, tube: Tube, where: str, *, kerf_mm: float, beam: Beam) -> dict[str, Any]:
+def notch_table(sheet: Sheet, tube: Tube, where: str, *, kerf_mm: float, beam: Beam) -> NotchTable:
     """Give the table [notch] of a rig file, with ``turn_deg``, from the outlines of a sheet.
 
     Outlines at one place along the tube are the cuts of one notch: one of a one-sided notch, two opposite ones of a
@@ -189,7 +191,7 @@ def _v(slit: _Slit, depth: float, at: str, read: _Reading) -> Cut:
     return cut_of(fit.x)
 
 
-def _table(rows: list[list[_Slit]], notches: list[Cut], sheet: Sheet, rounds: float) -> dict[str, Any]:
+def _table(rows: list[list[_Slit]], notches: list[Cut], sheet: Sheet, rounds: float) -> NotchTable:
     widths, along = [one.width_mm for one in notches], [row[0].along for row in rows]
     ends = [place + width / 2 for place, width in zip(along, widths, strict=True)]
     spacings = [place - width / 2 - end for place, width, end in zip(along[1:], widths[1:], ends, strict=False)]
@@ -202,7 +204,7 @@ def _table(rows: list[list[_Slit]], notches: list[Cut], sheet: Sheet, rounds: fl
     zero = sheet.said.get("SEAM_DEG", -angles[0])
     period = 360.0 if notches[0].shape == "rectangular" else 180.0
     turns = [_rounded((angle + zero + period / 4) % period - period / 4) for angle in angles]
-    columns: Mapping[str, list[Any]] = {
+    columns: Mapping[str, list[float]] = {
         "depth_mm": [_rounded(one.depth_mm) for one in notches],
         "width_mm": list(map(_rounded, widths)),
         "spacing_mm": list(map(_rounded, spacings)),

@@ -24,6 +24,8 @@ MOST_OFF = 0.1
 """Largest difference of the law to its curve, over the largest moment: beyond it the curve is refused."""
 _MOST_SAMPLES = 240
 _LEAST = 1e-4
+_EARLY = 0.15
+"""Onset over the largest angle, below which no element ends its span: a curve that stiffens is no stiff beginning."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,13 @@ def _grid(largest: float, returns: tuple[float, ...]) -> FlagFibres:
     """Elements of stiffness 1 that the fit chooses from; the last one stays elastic."""
     onsets, ends = largest * np.geomspace(0.03, 1.0, ONSETS), largest * np.linspace(0.4, 1.0, ENDS)
     rows = [(onset, back, 100 * largest) for onset in onsets for back in returns]
-    rows += [(onset, back, end - onset) for onset in onsets for back in returns for end in ends if end > 1.2 * onset]
+    rows += [
+        (onset, back, end - onset)
+        for onset in onsets
+        for back in returns
+        for end in ends
+        if _EARLY * largest < onset < end / 1.2
+    ]
     rows.append((10 * largest, 1.0, 100 * largest))
     onset, back, span = np.array(rows).T
     one = np.ones_like(onset)

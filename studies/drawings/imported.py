@@ -104,8 +104,8 @@ def read_rows(path: Path) -> list[dict[str, str]]:
     return [{(key or "").strip(): value for key, value in row.items() if isinstance(value, str)} for row in rows]
 
 
-def _numbers_of(row: Mapping[str, str], at: str) -> dict[str, Any]:
-    out: dict[str, Any] = {}
+def _numbers_of(row: Mapping[str, str], at: str) -> dict[str, float]:
+    out: dict[str, float] = {}
     for key, text in row.items():
         if key == "shape":
             continue
@@ -118,7 +118,7 @@ def _numbers_of(row: Mapping[str, str], at: str) -> dict[str, Any]:
     return out
 
 
-def _with_spacing(rows: list[dict[str, Any]], path: Path) -> list[dict[str, Any]]:
+def _with_spacing(rows: list[dict[str, float]], path: Path) -> list[dict[str, float]]:
     """Give the rings between notches from their places along the tube; the last ring is as the one before it."""
     if "spacing_mm" in rows[0] or "count" in rows[0]:
         raise RigError(f"{path}: middle_mm: expected without spacing_mm and count, one row a notch")

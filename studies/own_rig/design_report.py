@@ -148,10 +148,7 @@ def design_report(
         From the simulation of the loops, or records with the same name.
     """
     named = _named(design, records)
-    for name in ("run.json", WRIST, "report.html", PAGE_ONE, DRAWING):
-        (out / name).unlink(missing_ok=True)
-    for stale in [*out.glob("trace*.json"), *out.glob("separate*.json")]:
-        stale.unlink()  # of an earlier report; the page would show them as those of this one
+    _remove_earlier(out)
     found = _Found(notes=[*unusual(design.rigs[0]), *without_geometry(records, beside_rig=True)])
     total = (2 + bool(design.members)) * len(design.rigs) + len(records) + max(1, len(design.rigs)) + 4
     with steps(progress, total=total) as step:
@@ -172,7 +169,6 @@ def design_report(
         )
         step("drawing and numbers of the first page")
         write_page_one(design.rigs[-1], design.amplitude_mm, found.loops[-1], out, found.notes)
-        theories = [loop.theory for loop in found.loops]
         summary = RunSummary(
             seed=seed,
             versions=versions_found(),
@@ -184,7 +180,10 @@ def design_report(
             separations=tuple(found.separations),
             trace=traced,
             picture=NOT_DRAWN,
-            sha256=checksums(out, [*found.records, *theories, *(one.predicted for one in found.predictions)]),
+            sha256=checksums(
+                out,
+                [*found.records, *(loop.theory for loop in found.loops), *(one.predicted for one in found.predictions)],
+            ),
             own=own,
             made=made,
         )
@@ -194,6 +193,14 @@ def design_report(
         summary = replace(summary, picture=draw_rig(design.rigs[-1], last, out))
     write_result(out / "run.json", summary)
     return summary
+
+
+def _remove_earlier(out: Path) -> None:
+    """Remove what the page would show of an earlier report as that of this one."""
+    for name in ("run.json", WRIST, "report.html", PAGE_ONE, DRAWING):
+        (out / name).unlink(missing_ok=True)
+    for stale in [*out.glob("trace*.json"), *out.glob("separate*.json")]:
+        stale.unlink()  # of an earlier report; the page would show them as those of this one
 
 
 def _named(design: Design, records: Sequence[Record]) -> dict[str, Record]:
