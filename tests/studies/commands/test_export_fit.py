@@ -3,9 +3,11 @@
 import json
 import math
 
+import numpy as np
 import pytest
 from firmware_fits import stored_fit
 
+import notchbend as nb
 from hysteresis.own import is_own
 from studies.commands.cli import call
 
@@ -122,3 +124,25 @@ def refused(command, said, fit, capsys):
     assert error.count("\n") == 1
     assert [one.name for one in fit.parents[1].iterdir()] == ["fit"]
     assert fit.read_bytes() == before
+
+
+def test_of_a_record_it_is_identified_first(tmp_path, monkeypatch, capsys):
+    """The fit is quick here: what a record is identified by is tested with ``identify``."""
+    from hysteresis.fitting.settings import IdentifySettings
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("studies.export.IdentifySettings", lambda **given: IdentifySettings(population=8, generations=3))
+    drive = np.concatenate([np.linspace(0, 2, 30), np.linspace(2, -2, 60)[1:], np.linspace(-2, 2, 60)[1:]])
+    angle = 10 * drive - np.sign(np.gradient(drive)) * 0.3
+    (tmp_path / "bench.csv").write_text(
+        "drive_mm,angle_deg\n" + "".join(f"{x:.6f},{y:.6f}\n" for x, y in zip(drive, angle, strict=True))
+    )
+    assert call(["export", "bench.csv", "--to", "c", "--out", "made", "--quiet"]) == 0
+    names = {"compensator.c", "compensator.h", "compensator_test.csv", "identify.json", "identify.csv"}
+    assert {one.name for one in (tmp_path / "made").iterdir()} == names
+    assert "bench.csv" in (tmp_path / "made/compensator.h").read_text()
+    files = nb.export(nb.identify("bench.csv", settings=IdentifySettings(population=8, generations=3)), "again", to="c")
+    assert {one.name for one in files} == names
+    for rig, to in (("du2018", "c"), (nb.read_record("bench.csv"), "mujoco")):
+        with pytest.raises(ValueError, match="expected a"):
+            nb.export(rig, "none", to=to)
