@@ -150,8 +150,8 @@ def _overshoot_warnings(form: Form, point: Point) -> Iterator[str]:
         if model.A < _OVERSHOOT:
             of = f" of element {i + 1}" if form.elements > 1 else ""
             yield (
-                f"A = {model.A:.3g}{of} is below {_OVERSHOOT}: the predicted angle overshoots after the drive reverses, as "
-                "where the angle is late against the drive"
+                f"A = {model.A:.3g}{of} is below {_OVERSHOOT}: the predicted angle overshoots after the drive "
+                "reverses, as where the angle is late against the drive"
             )
 
 
