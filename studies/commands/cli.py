@@ -120,7 +120,7 @@ COMMANDS: dict[str, Entry] = {
         ("notchbend workspace --preset zhang2026 --amplitude 1.2 --out results/workspace",),
     ),
     "import": Entry(
-        "Make a rig file of a drawing, a table of notches or a joint's curve.",
+        "Make a rig file of a drawing, a table of notches or a curve.",
         "drawings.commands:import_rig",
         (
             "notchbend import flat.dxf --rig base.toml --out mine.toml",
