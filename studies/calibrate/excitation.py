@@ -159,7 +159,8 @@ class Calibration:
             f"{self.duration_s / 60:.2g} min of motion to +-{self.amplitude_mm:.3g} mm{why}; strokes of "
             f"{', '.join(f'{100 * size:.0f}' for size in self.sizes)} %",
             f"strain {strain}, tension up to {self.tension_N:.3g} N by the model",
-            f"error of the angle by noise {self.error_deg:.2g} deg, of a loop {self.loop_width_deg:.2g} deg wide {of}{met}",
+            f"error of the angle by noise {self.error_deg:.2g} deg, of a loop {self.loop_width_deg:.2g} deg wide "
+            f"{of}{met}",
         ]
         lines += [
             f"  {one.name} = {one.value:.4g} +- {one.standard_deviation:.2g}{'' if one.unit == '1' else ' ' + one.unit}"
@@ -331,4 +332,3 @@ def _expected(fit: Fit, covariance: Floats) -> list[Expected]:
         one = fit.saturation_deg if name == "saturation_deg" else fit.parameters[name]
         found.append(Expected(name, one.value, abs(one.value) * deviation, one.unit))
     return found
-

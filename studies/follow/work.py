@@ -184,14 +184,14 @@ def _end(end: float | None, value: float) -> float:
 
 
 def _first(points: Sequence[ChangePoint], numbers: Sequence[FollowedNumber]) -> int | None:
-    """Give the first record that differs, from 0: of the tested changes, else of the alarms; None of a steady device."""
+    """Give the first record that differs, from 0: of the changes, else of the alarms; None of a steady device."""
     alarms = [one.alarm - 1 for one in numbers if one.alarm is not None]
     found = [one.first for one in points] or alarms
     return min(found) if found else None
 
 
 def _shifts(table: Floats, points: Sequence[ChangePoint], followed: Sequence[Followed]) -> list[dict[str, Parameter]]:
-    """Changes of the numbers at each change point, by a regression on all of them: those that are clear."""
+    """Give the changes of the numbers at each change point, by a regression on all of them: those that are clear."""
     n = len(table)
     if not points:
         return []

@@ -434,14 +434,14 @@ def export(
     if to == "mujoco":
         if isinstance(what, Fit | Record):
             raise ValueError(f"to = 'mujoco': of a {type(what).__name__}: expected a rig, or another target")
-        return write_model(as_rig(what), Path(out), to=to, amplitude_mm=amplitude_mm)  # type: ignore[arg-type]
+        return write_model(as_rig(what), Path(out), to=to, amplitude_mm=amplitude_mm)
     from studies.commands.identification import files_of_fit, write_fit
 
     if isinstance(what, Rig) or is_rig_name(what):
         raise ValueError(f"to = {quoted(to)}: of a rig: expected a fit or a record")
     folder = Path(out)
     settings = replace(OF_THE_COMMAND, seed=seed)
-    fit = what if isinstance(what, Fit) else identify(as_record(what), settings=settings, use_rig=False)  # type: ignore[arg-type]
+    fit = what if isinstance(what, Fit) else identify(as_record(what), settings=settings, use_rig=False)
     write_fit(fit, fit.observed, folder, "identify")
     made = files_of_compensator(folder / "identify.json", folder, to=to, name=name, seed=seed)
     write_files(made)
