@@ -203,25 +203,7 @@ def calibration(rig: Rig, demands: Demands, program: str = "") -> Calibration:
         fit = identify(record, settings=_SEARCH)
     width = record.loop_width_deg
     wanted = width / 50 if demands.error_deg is None else demands.error_deg
-    paths = _columns(fit, _paths(amplitude, demands))
-    best: tuple[float, tuple[float, ...], Floats, Floats] | None = None
-    for sizes in _candidates():
-        drive = _moved(amplitude, sizes, demands)
-        if drive.size / demands.rate_Hz > 60 * demands.minutes:
-            continue
-        covariance = _covariance(_columns(fit, drive), demands.sensor_deg)
-        error = float(np.sqrt(np.mean(np.einsum("ij,jk,ik->i", paths, covariance, paths))))
-        if best is None or error < best[0]:
-            best = (error, sizes, drive, covariance)
-        if error <= wanted:
-            break
-    if best is None:
-        least = 60 * demands.minutes * demands.rate_Hz
-        raise RigError(
-            f"--minutes {demands.minutes:g}: {least:.0f} samples: too short for one loop of +-{amplitude:.3g} mm at "
-            f"{demands.speed_mm_per_s:g} mm/s: expected more, or a higher --speed"
-        )
-    error, sizes, drive, covariance = best
+    error, sizes, drive, covariance = _shortest(fit, amplitude, demands, wanted)
     return Calibration(
         schema=1,
         rig=rig.name,
@@ -243,6 +225,34 @@ def calibration(rig: Rig, demands: Demands, program: str = "") -> Calibration:
         drive_mm=tuple(np.round(drive, 6).tolist()),
         time_s=tuple((np.arange(drive.size) / demands.rate_Hz).tolist()),
     )
+
+
+def _shortest(
+    fit: Fit, amplitude: float, demands: Demands, wanted: float
+) -> tuple[float, tuple[float, ...], Floats, Floats]:
+    """Find the shortest program: error of the angle, deg, sizes of its loops, drive, and covariance of the law.
+
+    Where none in time meets what is wanted, the one with the least error.
+    """
+    paths = _columns(fit, _paths(amplitude, demands))
+    best: tuple[float, tuple[float, ...], Floats, Floats] | None = None
+    for sizes in _candidates():
+        drive = _moved(amplitude, sizes, demands)
+        if drive.size / demands.rate_Hz > 60 * demands.minutes:
+            continue
+        covariance = _covariance(_columns(fit, drive), demands.sensor_deg)
+        error = float(np.sqrt(np.mean(np.einsum("ij,jk,ik->i", paths, covariance, paths))))
+        if best is None or error < best[0]:
+            best = (error, sizes, drive, covariance)
+        if error <= wanted:
+            break
+    if best is None:
+        least = 60 * demands.minutes * demands.rate_Hz
+        raise RigError(
+            f"--minutes {demands.minutes:g}: {least:.0f} samples: too short for one loop of +-{amplitude:.3g} mm at "
+            f"{demands.speed_mm_per_s:g} mm/s: expected more, or a higher --speed"
+        )
+    return best
 
 
 def _with_loop(record: Record) -> Record:
