@@ -437,7 +437,7 @@ def export(
     if isinstance(what, Rig) or is_rig_name(what):
         raise ValueError(f"to = {quoted(to)}: of a rig: expected a fit or a record")
     settings = replace(OF_THE_COMMAND, seed=seed)
-    fit = what if isinstance(what, Fit) else identify(as_record(what), settings=settings, use_rig=False)  # type: ignore[arg-type]
+    fit = what if isinstance(what, Fit) else identify(as_record(what), settings=settings, use_rig=False)
     if (words := lacking_compiler(to)) is not None:
         warnings.warn(words, stacklevel=2)
     return write_compensator(fit, Path(out), to=to, name=name, seed=seed)
