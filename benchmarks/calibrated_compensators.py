@@ -14,7 +14,7 @@ import json
 import subprocess
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -50,7 +50,21 @@ def measured(rig: LumpedRig, drive: Floats, time: Floats, rng: np.random.Generat
     return Record(drive=read, angle_deg=seen, time_s=time, kind="simulated", title="calibration of a made bench")
 
 
-def one_bench(number: int, seed: int, folder: Path) -> dict[str, object]:
+@dataclass(frozen=True)
+class Bench:
+    """What one bench gave: minutes of motion, errors in deg, and the factor between them."""
+
+    bench: int
+    minutes: float
+    expected_deg: float
+    law: str
+    heldout_deg: float
+    without_deg: float
+    with_deg: float
+    factor: float
+
+
+def one_bench(number: int, seed: int, folder: Path) -> Bench:
     """Make a bench, calibrate it, export the compensator, and follow a reference."""
     rng = np.random.default_rng((seed, number))
     rig = replace(drawn_rig(rng), preload_N=20.0)
@@ -72,16 +86,16 @@ def one_bench(number: int, seed: int, folder: Path) -> dict[str, object]:
     low, high = layer.drive_range
     plain = inverse_curve(layer.plain, np.clip(wanted, *np.sort(layer.plain(np.array([low, high])))), (low, high))
     errors = [rms(rig, drive, wanted) for drive in (plain, drives)]
-    return {
-        "bench": number,
-        "minutes": said["duration_s"] / 60,
-        "expected_deg": said["error_deg"],
-        "law": json.loads((made / "identify.json").read_text())["law"]["title"],
-        "heldout_deg": layer.heldout_rmse_deg,
-        "without_deg": errors[0],
-        "with_deg": errors[1],
-        "factor": errors[0] / errors[1],
-    }
+    return Bench(
+        bench=number,
+        minutes=said["duration_s"] / 60,
+        expected_deg=said["error_deg"],
+        law=json.loads((made / "identify.json").read_text())["law"]["title"],
+        heldout_deg=layer.heldout_rmse_deg,
+        without_deg=errors[0],
+        with_deg=errors[1],
+        factor=errors[0] / errors[1],
+    )
 
 
 def _run(*words: object) -> None:
@@ -116,7 +130,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     for number in range(options.rigs):
         with TemporaryDirectory() as folder:
-            row = one_bench(number, options.seed, Path(folder))
+            row = asdict(one_bench(number, options.seed, Path(folder)))
         with options.out.open("a", encoding="utf-8") as file:
             file.write(json.dumps(row) + "\n")
         sys.stdout.write(json.dumps(row) + "\n")

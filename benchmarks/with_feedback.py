@@ -74,7 +74,7 @@ class Plant:
 
 
 def reference(size_deg: float, rate_Hz: float) -> Floats:
-    """A sine whose size changes between whole and half, shape (m,), deg."""
+    """Give a sine whose size changes between whole and half, shape (m,), deg."""
     time = TICK_S * np.arange(1, round(DURATION_S / TICK_S) + 1)
     return size_deg * (0.75 + 0.25 * np.cos(2 * np.pi * time / 20.0)) * np.sin(2 * np.pi * rate_Hz * time)
 

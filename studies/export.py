@@ -16,6 +16,7 @@ from fem_models.export.loop import guide_loop
 from fem_models.rig import Rig, RigError
 from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.of_record import bends_in_space, declared_rig_of
+from hysteresis import Fit
 from hysteresis.files import RecordError, place, write_files
 from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.messages import quoted
@@ -194,6 +195,18 @@ def files_of_compensator(
         case "table":
             made |= table_files(compensator, out)
     return made
+
+
+def write_compensator(
+    fit: Fit, out: Path, *, to: Literal["c", "fmu", "table"], name: str, seed: int
+) -> tuple[Path, ...]:
+    """Write the compensator of a fit into a folder, and its identify.json with the tables of its records."""
+    from studies.commands.identification import files_of_fit, write_fit
+
+    write_fit(fit, fit.observed, out, "identify")
+    made = files_of_compensator(out / "identify.json", out, to=to, name=name, seed=seed)
+    write_files(made)
+    return (*made, *files_of_fit(out, "identify", len(fit.observed)))
 
 
 def lacking_compiler(to: str) -> str | None:

@@ -65,7 +65,9 @@ subprocess.run(build, cwd="firmware", check=True)
 from matplotlib.figure import Figure
 
 wanted_deg = 30.0 * np.sin(np.linspace(0.0, 12.0, 240)) * np.linspace(1.0, 0.4, 240)
-said = subprocess.run(["firmware/motor"], input="\n".join(map(str, wanted_deg)), capture_output=True, text=True, check=True)
+said = subprocess.run(
+    ["firmware/motor"], input="\n".join(map(str, wanted_deg)), capture_output=True, text=True, check=True
+)
 drive_mm = np.array(said.stdout.split(), dtype=float)
 along_mm = np.linspace(-2.2, 2.2, 441)
 plain_mm = np.interp(wanted_deg, fit.plain(along_mm), along_mm)

@@ -77,7 +77,7 @@ def when_passed(at: Floats, values: Floats, limit: float, *, start: int | None =
 
 
 def _line(at: Floats, values: Floats, first: int) -> tuple[Floats, Floats, float]:
-    """Fit a constant and a line from the record before ``first`` on: coefficients, root of their covariance, squares."""
+    """Fit a constant and a line from the record before ``first`` on: coefficients, root of covariance, squares."""
     columns = np.column_stack([np.ones(at.size), np.maximum(at - at[first - 1], 0.0)])
     within = np.linalg.inv(columns.T @ columns)
     line = within @ columns.T @ values

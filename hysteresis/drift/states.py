@@ -53,7 +53,7 @@ FLATNESS = Followed("flatness_deg", "deg", "the curve is flatter in its middle",
 TENSION = Followed("tension_N", "N", "mean tension of both tendons", 0.0, 0.0, math.inf)
 LEFT = Followed("left_deg", "deg", "error that the law leaves, root mean square", 0.0, 0.0, math.inf)
 PLAY = Followed("play", "1", "play before the drive, over half of the drive's range", 0.0, 0.0, 1.0)
-"""Not followed, since width and loss after a reversal show it together; it stands for one cause, see :func:`left_by`."""
+"""Not followed, since width and loss after a reversal show it together; it stands for a cause: :func:`left_by`."""
 OF_THE_LAW = (ZERO, GAIN, WIDTH, SLOPE, LAG, BOW, FLATNESS)
 
 
@@ -215,7 +215,7 @@ def _standard_deviations(error: Floats, jacobian: Floats) -> Floats:
 
 
 def _effective(error: Floats) -> float:
-    """Number of independent samples m (1 - r) / (1 + r), r the correlation of neighbours."""
+    """Count independent samples m (1 - r) / (1 + r), r the correlation of neighbours."""
     r = float(error[1:] @ error[:-1]) / max(float(error @ error), 1e-300)
     r = min(max(r, 0.0), 0.98)
     return max(4.0, error.size * (1.0 - r) / (1.0 + r))

@@ -90,4 +90,6 @@ def program_csv(found: Calibration) -> str:
 def _stored(found: Calibration) -> str:
     """Give the summary; the samples are in the program, which it names."""
     values = to_plain(found)
-    return json.dumps(marked_values({k: v for k, v in values.items() if k not in ("drive_mm", "time_s")}), indent=2) + "\n"
+    return (
+        json.dumps(marked_values({k: v for k, v in values.items() if k not in ("drive_mm", "time_s")}), indent=2) + "\n"
+    )

@@ -159,7 +159,8 @@ class Calibration:
             f"{self.duration_s / 60:.2g} min of motion to +-{self.amplitude_mm:.3g} mm{why}; strokes of "
             f"{', '.join(f'{100 * size:.0f}' for size in self.sizes)} %",
             f"strain {strain}, tension up to {self.tension_N:.3g} N by the model",
-            f"error of the angle by noise {self.error_deg:.2g} deg, of a loop {self.loop_width_deg:.2g} deg wide {of}{met}",
+            f"error of the angle by noise {self.error_deg:.2g} deg, of a loop {self.loop_width_deg:.2g} deg wide "
+            f"{of}{met}",
         ]
         lines += [
             f"  {one.name} = {one.value:.4g} +- {one.standard_deviation:.2g}{'' if one.unit == '1' else ' ' + one.unit}"
@@ -202,25 +203,7 @@ def calibration(rig: Rig, demands: Demands, program: str = "") -> Calibration:
         fit = identify(record, settings=_SEARCH)
     width = record.loop_width_deg
     wanted = width / 50 if demands.error_deg is None else demands.error_deg
-    paths = _columns(fit, _paths(amplitude, demands))
-    best: tuple[float, tuple[float, ...], Floats, Floats] | None = None
-    for sizes in _candidates():
-        drive = _moved(amplitude, sizes, demands)
-        if drive.size / demands.rate_Hz > 60 * demands.minutes:
-            continue
-        covariance = _covariance(_columns(fit, drive), demands.sensor_deg)
-        error = float(np.sqrt(np.mean(np.einsum("ij,jk,ik->i", paths, covariance, paths))))
-        if best is None or error < best[0]:
-            best = (error, sizes, drive, covariance)
-        if error <= wanted:
-            break
-    if best is None:
-        least = 60 * demands.minutes * demands.rate_Hz
-        raise RigError(
-            f"--minutes {demands.minutes:g}: {least:.0f} samples: too short for one loop of +-{amplitude:.3g} mm at "
-            f"{demands.speed_mm_per_s:g} mm/s: expected more, or a higher --speed"
-        )
-    error, sizes, drive, covariance = best
+    error, sizes, drive, covariance = _shortest(fit, amplitude, demands, wanted)
     return Calibration(
         schema=1,
         rig=rig.name,
@@ -242,6 +225,34 @@ def calibration(rig: Rig, demands: Demands, program: str = "") -> Calibration:
         drive_mm=tuple(np.round(drive, 6).tolist()),
         time_s=tuple((np.arange(drive.size) / demands.rate_Hz).tolist()),
     )
+
+
+def _shortest(
+    fit: Fit, amplitude: float, demands: Demands, wanted: float
+) -> tuple[float, tuple[float, ...], Floats, Floats]:
+    """Find the shortest program: error of the angle, deg, sizes of its loops, drive, and covariance of the law.
+
+    Where none in time meets what is wanted, the one with the least error.
+    """
+    paths = _columns(fit, _paths(amplitude, demands))
+    best: tuple[float, tuple[float, ...], Floats, Floats] | None = None
+    for sizes in _candidates():
+        drive = _moved(amplitude, sizes, demands)
+        if drive.size / demands.rate_Hz > 60 * demands.minutes:
+            continue
+        covariance = _covariance(_columns(fit, drive), demands.sensor_deg)
+        error = float(np.sqrt(np.mean(np.einsum("ij,jk,ik->i", paths, covariance, paths))))
+        if best is None or error < best[0]:
+            best = (error, sizes, drive, covariance)
+        if error <= wanted:
+            break
+    if best is None:
+        least = 60 * demands.minutes * demands.rate_Hz
+        raise RigError(
+            f"--minutes {demands.minutes:g}: {least:.0f} samples: too short for one loop of +-{amplitude:.3g} mm at "
+            f"{demands.speed_mm_per_s:g} mm/s: expected more, or a higher --speed"
+        )
+    return best
 
 
 def _with_loop(record: Record) -> Record:
@@ -331,4 +342,3 @@ def _expected(fit: Fit, covariance: Floats) -> list[Expected]:
         one = fit.saturation_deg if name == "saturation_deg" else fit.parameters[name]
         found.append(Expected(name, one.value, abs(one.value) * deviation, one.unit))
     return found
-

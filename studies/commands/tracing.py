@@ -152,7 +152,9 @@ def trace_loaded(
         _require_moving(record)
     start, failed = time.perf_counter(), list[str]()
     trace = trace_records(records, reference=reference, threads=threads, progress=stage.count)
-    decision = attempt("no test", lambda: decide(trace, alpha=alpha, seed=seed, threads=threads), None, failed)
+    decision = attempt(
+        "no test", lambda: decide(trace, alpha=alpha, seed=seed, threads=threads, race=False), None, failed
+    )
     trace = replace(trace, decision=decision)
     stage.begin("detection limits")
     limits = attempt("no detection limits", lambda: limits_of(trace), [], failed)

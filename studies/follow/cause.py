@@ -9,8 +9,8 @@ import numpy as np
 
 from fem_models.rig import RigError
 from fem_models.rig.checks import SolverError
-from hysteresis.arrays import Floats
 from hysteresis import Fit
+from hysteresis.arrays import Floats
 from hysteresis.drift.states import GAIN, LAG, PLAY, TENSION, WIDTH, ZERO, Followed, left_by
 from hysteresis.records.record import Record, RecordError
 from studies.follow.result import NamedCause

@@ -17,6 +17,7 @@ from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.laws.elements import LawName
 from hysteresis.messages import quoted
 from hysteresis.own import marked_page, marked_values
+from hysteresis.plain import to_plain
 from hysteresis.records.record import RecordError
 from hysteresis.records.record_file import read_records
 from studies.commands.options import Common, Out, Overwrite
@@ -151,4 +152,4 @@ def write_follow(report: FollowReport, out: Path) -> FollowReport:
 
 
 def _stored(report: FollowReport) -> str:
-    return json.dumps(marked_values(report.to_dict()), indent=2, allow_nan=False) + "\n"
+    return json.dumps(marked_values(to_plain(report)), indent=2, allow_nan=False) + "\n"

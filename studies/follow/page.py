@@ -18,8 +18,8 @@ HERE = Path(__file__).parent
 REPORT = HERE.parents[0] / "report"
 TEMPLATE = "follow.html"
 CAPTION = (
-    "Points: the number in each record, with the 95 % interval of the record alone. Line: moving average of the control "
-    "chart, with the band in which it stays if the device does not change. Dashed: a limit that was given."
+    "Points: the number in each record, with the 95 % interval of the record alone. Line: moving average of the "
+    "control chart, with the band in which it stays if the device does not change. Dashed: a limit that was given."
 )
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
 from hysteresis.display import on_screen
 from hysteresis.fitting.uncertainty import Parameter
-from hysteresis.plain import optional, to_plain
+from hysteresis.plain import optional
 from studies.results.made import Made
 
 WHAT = "the result of `notchbend follow`"
@@ -124,11 +124,6 @@ class FollowReport:
     limits: tuple[LimitPassed, ...]
     seed: int
     made: Made | None = optional()
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the contents of follow.json."""
-        out: dict[str, Any] = to_plain(self)
-        return out
 
     def __repr__(self) -> str:
         return f"FollowReport({len(self.records)} records: {self.verdict}; {self.words[0]})"

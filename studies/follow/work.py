@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.stats import t as student
 
-from hysteresis import identify
+from hysteresis import Fit, identify
 from hysteresis.arrays import Floats
 from hysteresis.drift import ChangePoint, DeviceState, change_points, control_chart, states_of, when_passed
 from hysteresis.drift.change_points import LEAST_RECORDS, column, usable_count
@@ -112,10 +112,7 @@ def follow_loaded(
     _require_known(settings.limits, followed)
     tell("the law of the first record", 0, len(records))
     fit = identify(records[0], settings=settings.identify)
-    states = list[DeviceState]()
-    for k, record in enumerate(records):
-        tell("records", k, len(records))
-        states += states_of(fit, [record], followed)
+    states = _states(fit, records, followed, tell)
     table = np.array([[state.parameters[one.name].value for one in followed] for state in states])
     each = 0.5 * settings.false_alarm / len(followed)
     numbers = tuple(_number(one, states, reference, each) for one in followed)
@@ -126,16 +123,13 @@ def follow_loaded(
     cause = None
     if first is not None and settings.trace:
         tell("the cause of the change", len(records), len(records))
-        old = records[: max(LEAST_REFERENCE, min([first, *(one.low for one in points)]))]
+        earliest = min([first, *(one.low for one in points)])
         standing = _standing(shifts, table, followed, reference)
+        old = records[: max(LEAST_REFERENCE, earliest)]
         cause = cause_of(fit, standing, old, records, threads=settings.threads, progress=tell)
     changes = tuple(_change(k, points, axis, shifts[k]) for k in range(len(points)))
-    passed = tuple(
-        _passed(one, axis, settings.limits[one.name], points, settings.identify.seed)
-        for one in numbers
-        if one.name in settings.limits
-    )
-    facts = _facts(reference, len(records), each, len(followed))
+    asked, seed = settings.limits, settings.identify.seed
+    passed = tuple(_passed(one, axis, asked[one.name], points, seed) for one in numbers if one.name in asked)
     return FollowReport(
         schema=1,
         records=tuple(state.record for state in states),
@@ -145,12 +139,22 @@ def follow_loaded(
         law=fit.law_title,
         heldout_rmse_deg=fit.heldout.rmse_deg,
         parameters=numbers,
-        chart=facts,
+        chart=_facts(reference, len(records), each, len(followed)),
         changes=changes,
         cause=cause,
         limits=passed,
-        seed=settings.identify.seed,
+        seed=seed,
     )
+
+
+def _states(
+    fit: Fit, records: Sequence[Record], followed: Sequence[Followed], tell: ProgressWords
+) -> list[DeviceState]:
+    states = list[DeviceState]()
+    for k, record in enumerate(records):
+        tell("records", k, len(records))
+        states += states_of(fit, [record], followed)
+    return states
 
 
 def _require_known(limits: Mapping[str, float], followed: Sequence[Followed]) -> None:
@@ -184,14 +188,14 @@ def _end(end: float | None, value: float) -> float:
 
 
 def _first(points: Sequence[ChangePoint], numbers: Sequence[FollowedNumber]) -> int | None:
-    """Give the first record that differs, from 0: of the tested changes, else of the alarms; None of a steady device."""
+    """Give the first record that differs, from 0: of the changes, else of the alarms; None of a steady device."""
     alarms = [one.alarm - 1 for one in numbers if one.alarm is not None]
     found = [one.first for one in points] or alarms
     return min(found) if found else None
 
 
 def _shifts(table: Floats, points: Sequence[ChangePoint], followed: Sequence[Followed]) -> list[dict[str, Parameter]]:
-    """Changes of the numbers at each change point, by a regression on all of them: those that are clear."""
+    """Give the changes of the numbers at each change point, by a regression on all of them: those that are clear."""
     n = len(table)
     if not points:
         return []

@@ -22,7 +22,6 @@ from fem_models.rig import Rig
 from hysteresis import Fit, Record
 from hysteresis.arguments import checked
 from hysteresis.extras import require_extra
-from hysteresis.files import write_files
 from hysteresis.fitting.settings import DEFAULTS, IdentifySettings
 from hysteresis.messages import quoted
 from hysteresis.records import record_file
@@ -427,7 +426,7 @@ def export(
     >>> model, guides = nb.export("du2018", "du2018.xml", amplitude_mm=2.2)
     >>> files = nb.export(nb.identify("bench.csv"), "firmware", to="c")
     """
-    from studies.export import TARGETS, files_of_compensator, lacking_compiler, write_model
+    from studies.export import TARGETS, lacking_compiler, write_compensator, write_model
 
     if to not in TARGETS:
         raise ValueError(f"to = {quoted(to)}: expected one of {', '.join(TARGETS)}")
@@ -435,19 +434,13 @@ def export(
         if isinstance(what, Fit | Record):
             raise ValueError(f"to = 'mujoco': of a {type(what).__name__}: expected a rig, or another target")
         return write_model(as_rig(what), Path(out), to=to, amplitude_mm=amplitude_mm)
-    from studies.commands.identification import files_of_fit, write_fit
-
     if isinstance(what, Rig) or is_rig_name(what):
         raise ValueError(f"to = {quoted(to)}: of a rig: expected a fit or a record")
-    folder = Path(out)
     settings = replace(OF_THE_COMMAND, seed=seed)
     fit = what if isinstance(what, Fit) else identify(as_record(what), settings=settings, use_rig=False)
-    write_fit(fit, fit.observed, folder, "identify")
-    made = files_of_compensator(folder / "identify.json", folder, to=to, name=name, seed=seed)
-    write_files(made)
     if (words := lacking_compiler(to)) is not None:
         warnings.warn(words, stacklevel=2)
-    return (*made, *files_of_fit(folder, "identify", len(fit.observed)))
+    return write_compensator(fit, Path(out), to=to, name=name, seed=seed)
 
 
 @checked

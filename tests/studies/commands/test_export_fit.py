@@ -131,7 +131,9 @@ def test_of_a_record_it_is_identified_first(tmp_path, monkeypatch, capsys):
     from hysteresis.fitting.settings import IdentifySettings
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("studies.export.IdentifySettings", lambda **given: IdentifySettings(population=8, generations=3))
+    monkeypatch.setattr(
+        "studies.export.IdentifySettings", lambda **given: IdentifySettings(population=8, generations=3)
+    )
     drive = np.concatenate([np.linspace(0, 2, 30), np.linspace(2, -2, 60)[1:], np.linspace(-2, 2, 60)[1:]])
     angle = 10 * drive - np.sign(np.gradient(drive)) * 0.3
     (tmp_path / "bench.csv").write_text(

@@ -131,6 +131,7 @@ class _Asked:
     seed: int
     threads: int
     simulations: int
+    race: bool
 
 
 def decide(
@@ -141,23 +142,24 @@ def decide(
     seed: int = 0,
     threads: int = 1,
     simulations: int = SIMULATIONS,
+    race: bool = True,
 ) -> Decision | None:
     """Decide what the records of a trace show, from the fits of its search and those of a race.
 
-    ``effects`` are those that are tried, by default the whole catalogue. A further effect is looked for as long as more
-    is left than clean rigs leave, and named where that ends it. None where the discrepancy of clean rigs has not been
-    learnt for the kind of baseline, where records are compared with a reference, or where folds hold out every sample
+    ``effects`` are those that are tried, by default the whole catalogue. A further effect is looked for as long as more is left than clean rigs leave, and named where
+    that ends it. Without a ``race``, which takes several times as long as the rest, the fits of the search alone are
+    compared, with one effect each. None where the discrepancy of clean rigs has not been learnt for the kind of baseline, where records are compared with a reference, or where folds hold out every sample
     in turn.
     """
     prior, baseline = learnt_prior(trace), trace.baseline
     if prior is None or trace.reference or baseline.fold_errors is not None:
         return None
     tried = acting(catalogue() if effects is None else effects, in_space=False)
-    asked = _Asked(trace, prior, tried, alpha, seed, threads, simulations)
+    asked = _Asked(trace, prior, tried, alpha, seed, threads, simulations, race)
     with threadpool_limits(1, user_api="blas"):
         first = _stage(asked, baseline)
         last, best, left = found = first, baseline, _left_of(asked, first, None)
-        while len(best.names) < MOST_EFFECTS:
+        while len(best.names) < (MOST_EFFECTS if race else 1):
             stage = first if best is baseline else _stage(asked, best)
             if stage.chance.p > alpha or not stage.found:
                 break
@@ -199,7 +201,7 @@ def _stage(asked: _Asked, base: Fitted) -> _Stage:
     shapes = shapes_beside(base, asked.effects, asked.threads)
     known = [one for one in _searched(asked.trace, len(base.names) + 1) if {*base.names} < {*one.names}]
     grid, chance = _tested(asked, base, with_fits(shapes, base, known), min(EARLY_SIMULATIONS, asked.simulations))
-    if chance.p <= NO_CLAIM:
+    if asked.race and chance.p <= NO_CLAIM:
         leading = sorted(chance.statistics, key=lambda name: -chance.statistics[name])[:MOST_RACED]
         names = {*leading, *(_added(base, one) for one in known[:MOST_RACED])}
         effects = [effect for effect in asked.effects if effect.name in names]
