@@ -164,15 +164,8 @@ def trace_loaded(
     opinion = second_opinion(trace)
     stage.begin("figures")
     drawn = figures(trace, failed)
-    seconds = time.perf_counter() - start
-    found = trace_report(
-        trace,
-        experiment=experiment,
-        opinion=opinion,
-        limits=limits,
-        seconds=seconds,
-        seed=seed,
-    )
+    spent = time.perf_counter() - start
+    found = trace_report(trace, experiment=experiment, opinion=opinion, limits=limits, seconds=spent, seed=seed)
     program = experiment.csv()
     found = replace(
         found,

@@ -119,17 +119,14 @@ def follow_loaded(
     tested = [k for k, one in enumerate(followed) if np.ptp(table[:, k]) > 0][: usable_count(len(records))]
     points = change_points(table[:, tested], 0.5 * settings.false_alarm)
     shifts = _shifts(table, points, followed)
-    first = _first(points, numbers)
-    cause = None
+    first, cause = _first(points, numbers), None
     if first is not None and settings.trace:
         tell("the cause of the change", len(records), len(records))
-        earliest = min([first, *(one.low for one in points)])
+        old = records[: max(LEAST_REFERENCE, min([first, *(one.low for one in points)]))]
         standing = _standing(shifts, table, followed, reference)
-        old = records[: max(LEAST_REFERENCE, earliest)]
         cause = cause_of(fit, standing, old, records, threads=settings.threads, progress=tell)
     changes = tuple(_change(k, points, axis, shifts[k]) for k in range(len(points)))
-    asked, seed = settings.limits, settings.identify.seed
-    passed = tuple(_passed(one, axis, asked[one.name], points, seed) for one in numbers if one.name in asked)
+    passed = _all_passed(numbers, axis, points, settings)
     return FollowReport(
         schema=1,
         records=tuple(state.record for state in states),
@@ -143,8 +140,15 @@ def follow_loaded(
         changes=changes,
         cause=cause,
         limits=passed,
-        seed=seed,
+        seed=settings.identify.seed,
     )
+
+
+def _all_passed(
+    numbers: Sequence[FollowedNumber], axis: Axis, points: Sequence[ChangePoint], settings: FollowSettings
+) -> tuple[LimitPassed, ...]:
+    asked, seed = settings.limits, settings.identify.seed
+    return tuple(_passed(one, axis, asked[one.name], points, seed) for one in numbers if one.name in asked)
 
 
 def _states(
