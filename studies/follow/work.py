@@ -107,8 +107,7 @@ def follow_loaded(
         Records that cannot be compared, or an unknown name of a limit; one line.
     """
     tell = progress or (lambda words, done, expected: None)
-    reference = settings.reference_of(len(records))
-    followed = followed_in(records)
+    reference, followed = settings.reference_of(len(records)), followed_in(records)
     _require_known(settings.limits, followed)
     tell("the law of the first record", 0, len(records))
     fit = identify(records[0], settings=settings.identify)
@@ -116,8 +115,8 @@ def follow_loaded(
     table = np.array([[state.parameters[one.name].value for one in followed] for state in states])
     each = 0.5 * settings.false_alarm / len(followed)
     numbers = tuple(_number(one, states, reference, each) for one in followed)
-    tested = [k for k, one in enumerate(followed) if np.ptp(table[:, k]) > 0][: usable_count(len(records))]
-    points = change_points(table[:, tested], 0.5 * settings.false_alarm)
+    moving = np.flatnonzero(np.ptp(table, axis=0) > 0)[: usable_count(len(records))]
+    points = change_points(table[:, moving], 0.5 * settings.false_alarm)
     shifts = _shifts(table, points, followed)
     first, cause = _first(points, numbers), None
     if first is not None and settings.trace:

@@ -147,10 +147,10 @@ def decide(
     """Decide what the records of a trace show, from the fits of its search and those of a race.
 
     ``effects`` are those that are tried, by default the whole catalogue. A further effect is looked for as long as more
-    is left than clean rigs leave, and named where that ends it. Without a ``race``, which takes several times as long as
-    the rest, the fits of the search alone are compared, with one effect each. None where the discrepancy of clean rigs
-    has not been learnt for the kind of baseline, where records are compared with a reference, or where folds hold out
-    every sample in turn.
+    is left than clean rigs leave, and named where that ends it. Without a ``race``, which takes several times as long
+    as the rest, the fits of the search alone are compared, with one effect each. None where the discrepancy of clean
+    rigs has not been learnt for the kind of baseline, where records are compared with a reference, or where folds hold
+    out every sample in turn.
     """
     prior, baseline = learnt_prior(trace), trace.baseline
     if prior is None or trace.reference or baseline.fold_errors is not None:
