@@ -53,8 +53,8 @@ def test_without_a_requirement_there_is_no_verdict(run):
     assert "P(met)" not in html
     assert "a &lt;note&gt; &amp; more" in html
     assert 'src="data:image/svg+xml;base64,' in html
-    assert html.count('class="plate three"') == html_of(run, page(PLAIN)).count('class="plate three"')
-    assert "All 27 numbers of the rig" in html or re.search(r"All \d+ numbers of the rig", html)
+    assert re.search(r"All \d+ numbers of the rig", html)
+    assert "data:image/svg+xml" not in html_of(run, page(PLAIN))
 
 
 def test_all_met():
