@@ -42,7 +42,12 @@ def good(tmp_path_factory):
         "compensate": {"model": nb.identify(record, settings=QUICK), "reference_deg": [0.0, 3.0, 1.0],
                        "time_s": [0.0, 1.0, 2.0], "settings": QUICK},
         "study": {"file": study, "out": folder / "out", "workers": 1, "retry": False, "progress": False},
-        "export": {"rig": rig, "out": folder / "m.xml", "to": "mujoco", "amplitude_mm": 0.2},
+        "export": {"what": rig, "out": folder / "m.xml", "to": "mujoco", "amplitude_mm": 0.2, "name": "compensator",
+                   "seed": 0},
+        "follow": {"records": [record] * 6, "at": [0, 1, 2, 3, 4, 5], "axis": "day", "reference_count": 3,
+                   "limits": {"width": 1.5}, "trace": False},
+        "calibrate": {"rig": rig, "amplitude_mm": 1.0, "noise_deg": 0.05, "error_deg": None, "speed_mm_per_s": 0.5,
+                      "minutes": 5.0},
         "plot": {"what": rig, "view": "side", "joint_angles_deg": None},
         "write_record": {"record": record, "path": folder / "w.csv"},
         "read_record": {"path": folder / "loop.csv"},
@@ -73,6 +78,8 @@ def short(monkeypatch):
     monkeypatch.setattr("studies.commands.separation.separate_rig", lambda *_, **__: None)
     monkeypatch.setattr("studies.commands.separation.separate_records", lambda *_, **__: None)
     monkeypatch.setattr("studies.sweep.run.run_study", lambda *_, **__: None)
+    monkeypatch.setattr("studies.follow.work.follow_loaded", lambda *_, **__: None)
+    monkeypatch.setattr("studies.calibrate.calibration", lambda *_, **__: None)
 
 
 @pytest.mark.parametrize(("name", "parameter"), list(public()))

@@ -177,7 +177,7 @@ def follow(
     *,
     at: ArrayLike | None = None,
     axis: str = "record",
-    reference: int | None = None,
+    reference_count: int | None = None,
     limits: Mapping[str, float] | None = None,
     trace: bool = True,
 ) -> FollowReport:
@@ -189,10 +189,11 @@ def follow(
         Six or more, the oldest first: each a record, the path of its CSV, or a DataFrame.
     at, axis
         Where they stand, shape (n,), increasing, and what that is: ``"day"``, ``"uses"``. By default their numbers.
-    reference
+    reference_count
         How many of the first are the device as it should be; by default a third.
     limits
-        Values of followed numbers, by name, of which it is asked when they are passed.
+        Values of followed numbers, by name, of which it is asked when they are passed: ``zero_deg`` in deg, ``lag_s`` in
+        s, ``tension_N`` in N, ``gain`` and ``width`` over those of the first records.
     trace
         Whether the cause of a change is traced, which takes a minute.
 
@@ -213,18 +214,20 @@ def follow(
     >>> found = nb.follow(sorted(Path("days").glob("*.csv")), limits={"width": 1.5})
     >>> found.verdict, found.cause
     """
+    from hysteresis.drift.change_points import LEAST_RECORDS
     from studies.follow.result import Axis
     from studies.follow.times import in_order
     from studies.follow.work import FollowSettings, follow_loaded
 
-    given = as_records(records)
+    if len(given := as_records(records)) < LEAST_RECORDS:
+        raise ValueError(f"records: {len(given)}: expected {LEAST_RECORDS} or more")
     places = in_order(len(given))
     if at is not None:
         values = np.asarray(at, dtype=float)
         if values.shape != (len(given),) or not np.isfinite(values).all() or (np.diff(values) <= 0).any():
             raise ValueError(f"at = {quoted(at, 40)}: expected {len(given)} numbers that increase")
         places = Axis(axis, tuple(values.tolist()))
-    return follow_loaded(given, places, FollowSettings(reference=reference, limits=limits or {}, trace=trace))
+    return follow_loaded(given, places, FollowSettings(reference=reference_count, limits=limits or {}, trace=trace))
 
 
 @checked
@@ -428,16 +431,16 @@ def export(
     """
     from studies.export import TARGETS, lacking_compiler, write_compensator, write_model
 
-    if to not in TARGETS:
+    if not isinstance(to, str) or to not in TARGETS:
         raise ValueError(f"to = {quoted(to)}: expected one of {', '.join(TARGETS)}")
     if to == "mujoco":
         if isinstance(what, Fit | Record):
             raise ValueError(f"to = 'mujoco': of a {type(what).__name__}: expected a rig, or another target")
-        return write_model(as_rig(what), Path(out), to=to, amplitude_mm=amplitude_mm)
+        return write_model(as_rig(what, "what"), Path(out), to=to, amplitude_mm=amplitude_mm)
     if isinstance(what, Rig) or is_rig_name(what):
         raise ValueError(f"to = {quoted(to)}: of a rig: expected a fit or a record")
     settings = replace(OF_THE_COMMAND, seed=seed)
-    fit = what if isinstance(what, Fit) else identify(as_record(what), settings=settings, use_rig=False)
+    fit = what if isinstance(what, Fit) else identify(as_record(what, "what"), settings=settings, use_rig=False)
     if (words := lacking_compiler(to)) is not None:
         warnings.warn(words, stacklevel=2)
     return write_compensator(fit, Path(out), to=to, name=name, seed=seed)

@@ -46,17 +46,17 @@ def test_defaults_are_not_called_numbers_of_the_file(notch, tmp_path):
     assert {name for name in DEFAULTS if sources[name] == "default"} == DEFAULTS
     from_file = {"preload_N", "tendon_a.EA_N", "tendon_b.EA_N", "tendon_b.toe_N", "friction.sheath_N"}
     from_file |= {"tube.outer_diameter_mm", "notch.depth_mm", "wheel.radius_mm"}
-    assert {name for name in from_file if sources[name] == "rig file"} == from_file
+    assert {name for name in from_file if sources[name] == "file"} == from_file
 
 
 def test_the_preload_is_the_file_s_and_a_note_says_those_of_the_loops(tmp_path):
-    """It had been that of the last record, from the "rig file"."""
+    """It had been that of the last record, from the "file"."""
     path = rig_file(tmp_path, NOTCH)
     rows = numbers_of_file(numeric_fields(read_rig(path)), path)
 
     def note(*preloads: float) -> str:
         (row,) = (row for row in with_preloads(rows, preloads) if row.name == "preload_N")
-        assert (row.value, row.source) == (15.0, "rig file")
+        assert (row.value, row.source) == (15.0, "file")
         return row.note
 
     assert note(15.0) == ""
