@@ -119,7 +119,7 @@ def test_something_else_is_refused_in_one_line(call, wrong):
 @pytest.mark.parametrize("wrong", [3, None, np.arange(3)])
 def test_something_else_is_no_rig(wrong, tmp_path):
     for call in (lambda: nb.simulate(wrong, nb.triangle(0.2)), lambda: nb.export(wrong, tmp_path / "a.xml")):
-        with pytest.raises(TypeError, match=r"^(rig|what) = .*: expected a Rig, the path of a rig file, or the name of a pre"):
+        with pytest.raises(TypeError, match=r"^(rig|what) = .*: expected a Rig, the path of a rig file, or the na"):
             call()
     with pytest.raises(nb.RigError, match=r"^rig = du2019: expected a preset \(du2018, .*\), or the path of a rig"):
         nb.simulate("du2019", nb.triangle(0.2))
