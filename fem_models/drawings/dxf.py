@@ -10,7 +10,7 @@ from __future__ import annotations
 import io
 from typing import Any, Final
 
-from fem_models.drawings.flat_pattern import FlatPattern, flat_pattern
+from fem_models.drawings.pattern import FlatPattern, flat_pattern
 from fem_models.rig import Rig
 from fem_models.rig.in_space import RigInSpace
 from fem_models.rig.joints import Notch

@@ -1,4 +1,4 @@
-"""Notches from the outlines of a flat pattern: the inverse of :mod:`fem_models.drawings.flat_pattern`."""
+"""Notches from the outlines of a flat pattern: the inverse of :mod:`fem_models.drawings.pattern`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from fem_models.drawings.beam import Beam, cut_height_of_angle_mm
-from fem_models.drawings.flat_pattern import v_flank
+from fem_models.drawings.pattern import v_flank
 from fem_models.drawings.read_dxf import Sheet
 from fem_models.rig import RigError
 from fem_models.rig.joints import Cut, Tube

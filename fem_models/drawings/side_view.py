@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fem_models.drawings.flat_pattern import planar_of, turns_of
+from fem_models.drawings.pattern import planar_of, turns_of
 from fem_models.rig import Rig
 from fem_models.rig.in_space import RigInSpace
 from fem_models.rig.joints import Cut, Tube

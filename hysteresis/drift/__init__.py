@@ -1,6 +1,6 @@
 """One device over days or uses: its parameters record by record, a control chart, change points, and limits."""
 
-from hysteresis.drift.change_points import ChangePoint, change_points
+from hysteresis.drift.changes import ChangePoint, change_points
 from hysteresis.drift.chart import Chart, control_chart
 from hysteresis.drift.passing import Passing, when_passed
 from hysteresis.drift.states import DeviceState, states_of

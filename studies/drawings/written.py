@@ -83,7 +83,7 @@ def _content(rig: Rig | RigInSpace, to: Drawing, choice: DrawingChoice) -> str |
     match to:
         case "dxf":
             from fem_models.drawings.dxf import pattern_dxf
-            from fem_models.drawings.flat_pattern import flat_pattern
+            from fem_models.drawings.pattern import flat_pattern
 
             if choice.seam_deg is not None and not math.isfinite(choice.seam_deg):
                 raise RigError(f"seam_deg = {choice.seam_deg}: expected a finite number")

@@ -12,7 +12,7 @@ from scipy.stats import t as student
 from hysteresis import Fit, identify
 from hysteresis.arrays import Floats
 from hysteresis.drift import ChangePoint, DeviceState, change_points, control_chart, states_of, when_passed
-from hysteresis.drift.change_points import LEAST_RECORDS, column, usable_count
+from hysteresis.drift.changes import LEAST_RECORDS, column, usable_count
 from hysteresis.drift.chart import WEIGHT, limit, run_length
 from hysteresis.drift.states import Followed, followed_in
 from hysteresis.fitting.settings import IdentifySettings

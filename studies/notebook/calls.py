@@ -214,7 +214,7 @@ def follow(
     >>> found = nb.follow(sorted(Path("days").glob("*.csv")), limits={"width": 1.5})
     >>> found.verdict, found.cause
     """
-    from hysteresis.drift.change_points import LEAST_RECORDS
+    from hysteresis.drift.changes import LEAST_RECORDS
     from studies.follow.result import Axis
     from studies.follow.times import in_order
     from studies.follow.work import FollowSettings, follow_loaded

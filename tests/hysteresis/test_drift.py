@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hysteresis.drift import change_points, control_chart, when_passed
-from hysteresis.drift.change_points import column, usable_count
+from hysteresis.drift.changes import column, usable_count
 from hysteresis.drift.chart import WEIGHT, limit, run_length
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fem_models.drawings.beam import cut_height_of_angle_mm, half_angle_rad
-from fem_models.drawings.flat_pattern import flat_pattern
+from fem_models.drawings.pattern import flat_pattern
 from fem_models.joint.section import cut_height_mm, section
 from fem_models.rig import RigError, preset
 from fem_models.rig.in_space import RigInSpace
