@@ -24,9 +24,8 @@ from validation.tracing.baseline.runs import Run
 from validation.tracing.effect import Values
 from validation.tracing.settings import APPROACH_SAMPLES
 
-STROKE = 1 / 2
-"""Length of the stroke before the first sample, over the drive's range; shorter ones change nothing
-(docs/validation/robustness.md)."""
+STROKES = (1 / 32, 1 / 8, 1 / 2)
+"""Lengths of the stroke before the first sample, over the drive's range."""
 FAR_OFF = 5.0
 """Rms residual in the first stroke over that behind it from which the state at its begin is in doubt, and by how much
 another state lowers it at least. An effect that is missing is missing in all strokes."""
@@ -74,7 +73,7 @@ def _best_way(problem: RigProblem, values: Values, run: Run, angle_deg: Floats, 
     if first < FAR_OFF * rest:
         return run
     span, begin = float(np.ptp(drive)), float(drive[run.skip])
-    for away in (STROKE * span, -STROKE * span):
+    for away in (sign * part * span for part in STROKES for sign in (1.0, -1.0)):
         if not drive.min() <= begin + away <= drive.max():
             continue
         other = coming_from(run, away)
