@@ -123,7 +123,19 @@ def test_the_design_report_has_both_preloads_both_records_and_what_to_do(day):
         assert one["width_deg"] > 1.2 * one["predicted_width_deg"]
     html = (folder / "design" / "report.html").read_text()
     html = re.sub(r"<script\b.*?</script>", "", html, flags=re.S)
-    parts = ["summary", "todo", "rig", "crosschecks", "loops", "records", "contributions", "layer", "trace", "versions"]
+    parts = [
+        "design",
+        "summary",
+        "todo",
+        "rig",
+        "crosschecks",
+        "loops",
+        "records",
+        "contributions",
+        "layer",
+        "trace",
+        "versions",
+    ]
     assert re.findall(r'<h2 id="(\w+)"', html) == parts
     assert re.search(r"<code>sheath_N</code></th><td class=\"n\">0\.[78]", html)  # calibrated, while the file has 0.5
     todo = re.search(r'<ol class="todo">(.*?)</ol>', html, re.S)[1]
