@@ -150,7 +150,7 @@ def _cuts(rig: Rig | RigInSpace) -> list[tuple[float, float, Cut]]:
 
 
 def _edge(cuts: list[tuple[float, float, Cut]], tube: Tube, long: float, angle_deg: float) -> Floats:
-    """Outline of the tube at an angle round it, shape (m, 2): along, and height of what is left of the metal."""
+    """Outline of the tube at an angle round it, shape (m, 2): along, and height of the remaining metal."""
     outer = tube.outer_diameter_mm / 2
     points = [np.array([[0.0, outer]])]
     for middle, turn, cut in cuts:

@@ -305,7 +305,7 @@ def _along(turns: Sequence[float], step: float) -> Floats:
 
 
 def _paths(amplitude: float, demands: Demands) -> Floats:
-    """Give a path with reversals anywhere, on which the compensator is asked for."""
+    """Give a path with reversals anywhere, as a reference for the compensator."""
     turns = np.random.default_rng(_PATHS_SEED).uniform(-amplitude, amplitude, _PATHS_REVERSALS)
     return _along([0.0, *turns.tolist()], max(_STEP_MM, demands.speed_mm_per_s / demands.rate_Hz))
 

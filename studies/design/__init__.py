@@ -1,4 +1,4 @@
-"""From a requirement to a tube that can be cut: what is asked, what a tube gives, and how surely."""
+"""From a requirement to a tube that can be cut: requirements, quantities of a tube, and P(met)."""
 
 from studies.design.requirement import Requirement, Requirements, verdicts
 

@@ -28,7 +28,7 @@ STEP = 1.5
 
 @dataclass(frozen=True)
 class Task:
-    """What every tube of a search is asked."""
+    """Requirements and settings that all tubes of a search share."""
 
     space: Space
     requirements: Requirements

@@ -18,7 +18,7 @@ from fem_models.rig.rig import notched_tube, with_notch
 from studies.drawings.imported import Reading, rig_of_drawing
 from studies.drawings.written import DrawingChoice, write_drawing
 
-pytest.importorskip("ezdxf")
+pytest.importorskip("ezdxf", reason="ezdxf is not installed: the extras drawing and dev have it")
 WRIST = preset("notched-wrist-90")
 ROOTS = (0.0, 0.3, 0.8, 1.0)
 UNEQUAL = with_notch(
