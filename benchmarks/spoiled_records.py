@@ -1,17 +1,21 @@
-"""Score of spoiled records in all commands: ``python -m benchmarks.spoiled_records 1000 SEED [COMMAND...]``.
+"""Score of spoiled records in all commands: ``python -m benchmarks.spoiled_records 1000 SEED OUT.jsonl [COMMAND...]``.
 
 Records of a pair-notched tube whose parameters are drawn, each spoiled in one way, or clean. A result is silent where
 it is further from the right one than its interval says, and no word warns of the record. Each row says how many were
-silent, and how many clean records were warned of.
+silent, and how many clean records were warned of. A line a case is kept in the file, so that a score that was ended
+goes on where it stood.
 """
 
 from __future__ import annotations
 
+import json
 import sys
+import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
@@ -216,37 +220,54 @@ COMMANDS = {"identify": run_identify, "separate": run_separate, "compensate": ru
 class Seen:
     """What a command made of a case: whether its result is off, what it warned of, or how it refused."""
 
+    command: str
+    seed: int
+    number: int
     kind: str
     off: bool
     words: tuple[str, ...]
-    refused: str = ""
+    refused: str
+    seconds: float
 
 
-def seen(command: str, seed: int, number: int) -> Seen:
+def seen(job: tuple[str, int, int]) -> Seen:
     """Draw a case and give it to a command."""
-    case = drawn(seed, number)
+    command, case, began = job[0], drawn(*job[1:]), time.perf_counter()
+    off, words, refused = False, list[str](), ""
     try:
         off, words = COMMANDS[command](case)
     except (RecordError, RigError, SolverError, ValueError) as error:
-        return Seen(case.kind, False, (), str(error))
-    return Seen(case.kind, off, tuple(_warnings(words)))
+        refused = str(error)
+    return Seen(*job, case.kind, bool(off), tuple(_warnings(words)), refused, round(time.perf_counter() - began, 2))
+
+
+def kept(path: Path) -> list[Seen]:
+    """Read the cases of an earlier score; none where there is no file."""
+    lines = path.read_text().splitlines() if path.exists() else []
+    return [Seen(**json.loads(line)) for line in lines]
 
 
 def main() -> None:
-    """Score so many cases of a seed."""
-    count, seed = (int(text) for text in sys.argv[1:3])
-    for command in sys.argv[3:] or COMMANDS:
-        with ProcessPoolExecutor(PROCESSES) as pool:
-            found = list(pool.map(partial(seen, command, seed), range(count), chunksize=4))
-        sys.stdout.write(f"{command}\n")
+    """Score so many cases of a seed, those that the file does not hold yet, and print the table."""
+    count, seed, path = int(sys.argv[1]), int(sys.argv[2]), Path(sys.argv[3])
+    commands = sys.argv[4:] or list(COMMANDS)
+    known = {(one.command, one.seed, one.number) for one in kept(path)}
+    jobs = [(command, seed, number) for command in commands for number in range(count)]
+    with ProcessPoolExecutor(PROCESSES) as pool, path.open("a") as out:
+        for one in pool.map(seen, [job for job in jobs if job not in known]):
+            out.write(json.dumps(asdict(one)) + "\n")
+            out.flush()
+    for command in commands:
+        own = [one for one in kept(path) if (one.command, one.seed) == (command, seed) and one.number < count]
+        sys.stdout.write(f"{command}, {sum(one.seconds for one in own):.0f} s\n")
         for kind in KINDS:
-            own = [one for one in found if one.kind == kind]
-            off, silent = sum(one.off for one in own), [one for one in own if one.off and not one.words]
-            warned, refused = sum(bool(one.words) for one in own), sum(bool(one.refused) for one in own)
-            sys.stdout.write(
-                f"  {kind}: {len(own)}, off {off}, off without a word {len(silent)}, warned of {warned}, "
-                f"refused {refused}\n"
-            )
+            sys.stdout.write(f"  {kind}: {_counts([one for one in own if one.kind == kind])}\n")
+
+
+def _counts(found: Sequence[Seen]) -> str:
+    off, silent = sum(one.off for one in found), sum(one.off and not one.words for one in found)
+    warned, refused = sum(bool(one.words) for one in found), sum(bool(one.refused) for one in found)
+    return f"{len(found)}, off {off}, off without a word {silent}, warned of {warned}, refused {refused}"
 
 
 if __name__ == "__main__":
