@@ -26,7 +26,7 @@ from validation.tracing import catalogue, trace_records
 from validation.tracing.baseline.in_space import SpaceProblem
 from validation.tracing.effect import acting
 from validation.tracing.figures import figures
-from validation.tracing.inference import ALPHA, decide
+from validation.tracing.inference import ALPHA
 from validation.tracing.next_experiment import Experiment, next_experiment
 from validation.tracing.outcome import Trace
 from validation.tracing.result import DetectionLimit, FigureFile, NextProgram, TraceReport, in_words, trace_report
@@ -151,11 +151,7 @@ def trace_loaded(
     for record in (*records, *reference):
         _require_moving(record)
     start, failed = time.perf_counter(), list[str]()
-    trace = trace_records(records, reference=reference, threads=threads, progress=stage.count)
-    decision = attempt(
-        "no test", lambda: decide(trace, alpha=alpha, seed=seed, threads=threads, race=False), None, failed
-    )
-    trace = replace(trace, decision=decision)
+    trace = trace_records(records, reference=reference, threads=threads, progress=stage.count, alpha=alpha, seed=seed)
     stage.begin("detection limits")
     limits = attempt("no detection limits", lambda: limits_of(trace), [], failed)
     stage.begin("the next experiment")

@@ -56,7 +56,7 @@ from validation.tracing.fitting.holdout import divide_records
 from validation.tracing.fitting.noise import sensor_noise_deg
 from validation.tracing.fitting.smooth import smooth_functions
 from validation.tracing.inference.decided import decided
-from validation.tracing.inference.decision import decide
+from validation.tracing.inference.decision import ALPHA, decide
 from validation.tracing.outcome import Trace, turns_are_alike
 from validation.tracing.search import Search, best_of_other_loops, refit_without_heldout, select_effects
 from validation.tracing.search.search import FitCount, Progress
@@ -65,6 +65,7 @@ from validation.tracing.sensors.drive_steps import sensor_words
 from validation.tracing.settings import (
     AS_DECLARED,
     COMPETITOR_NOISE,
+    CONTAINED_TOLERANCE,
     CURVE,
     EARLY_STEPS,
     EQUIVALENT_RIG,
@@ -94,6 +95,7 @@ from validation.tracing.verdict import (
     partial_above_floor,
     predicts_better,
     with_remaining_error,
+    without_effects,
 )
 
 ONE_SENSE = 0.5
@@ -116,7 +118,7 @@ def trace_records(
     threads: int = 2,
     progress: Callable[[str, int, int], None] | None = None,
     effects: Sequence[Effect] | None = None,
-    alpha: float | None = None,
+    alpha: float | None = ALPHA,
     seed: int = 0,
 ) -> Trace:
     """Trace the residual of the records of one rig.
@@ -135,7 +137,7 @@ def trace_records(
         Effects that are tried; by default the whole catalogue.
     alpha, seed
         Probability with which the verdict may claim an effect that is not there, where the kind of baseline has a test
-        (:func:`validation.tracing.inference.decide`), and of its draws; None, the default, for a verdict by rules.
+        (:func:`validation.tracing.inference.decide`), 0.05 by default, and of its draws; None for a verdict by rules.
 
     Raises
     ------
@@ -160,11 +162,11 @@ def trace_records(
     notes = problem.channel_words if problem else _rigs_not_used(numbered)
     with threadpool_limits(1, user_api="blas"):  # matrices are small: its threads would wait for each other
         if problem is None:
-            trace = _trace_unknown_geometry(numbered, tried, threads, report)
+            trace = _by_rules(_trace_unknown_geometry(numbered, tried, threads, report), threads, known=False)
         else:
-            trace = _trace_known_rig(Search(problem, KNOWN_RIG, tried, threads, report))
-    decision = None if alpha is None else decide(trace, effects=tried, alpha=alpha, seed=seed, threads=threads)
-    trace = _by_rules(trace, threads, known=problem is not None) if decision is None else decided(trace, decision)
+            search = Search(problem, KNOWN_RIG, tried, threads, report)
+            tested = None if alpha is None else _by_test(search, alpha, seed)
+            trace = tested or _by_rules(_trace_known_rig(search), threads, known=True)
     trace = doubted_with_leap(doubted_on_heldout(doubted_without_noise(trace)), lost=bool(lost))
     notes = (*lost, *notes, *map(_out_of_plane, filter(None, map(coupling, numbered))))
     return replace(trace, words=(*trace.words, *notes, *sensor_words(trace.records, trace.floor.deg)))
@@ -282,6 +284,52 @@ def find_effects(search: Search, baseline: Fitted, *, down_to_noise: bool = Fals
     smooth = smooth_functions(baseline)
     selection = select_effects(search, baseline, smooth, down_to_noise=down_to_noise)
     return judge(search.policy, baseline, smooth, selection)
+
+
+def _by_test(search: Search, alpha: float, seed: int) -> Trace | None:
+    """Trace records of a known rig by the test of its baseline; None where the kind of baseline has none.
+
+    The stiffness of measured joints is taken as declared first. Where that leaves more than clean rigs do, it may vary
+    along the bend (:data:`validation.tracing.baseline.known_rig.VARIED_FLEXURES`).
+    """
+    found = _tested(search, alpha, seed)
+    varied = with_varied_flexures(search.problem) if isinstance(search.problem, KnownRigProblem) else None
+    if varied is None or found is None or found.verdict not in ("partial", "unexplained"):
+        return found
+    other = _tested(replace(search, problem=varied, _forms={}), alpha, seed)
+    samples = found.augmented.samples
+    traces = [found, *([other] if other else [])]
+    return min(traces, key=lambda one: (one.verdict in ("partial", "unexplained"), one.augmented.bic(samples)))
+
+
+def _tested(search: Search, alpha: float, seed: int) -> Trace | None:
+    """Test one baseline of a known rig, once more from its parameters beside the effects where these fit better."""
+    search.report("the baseline model", len(search.effects))
+    search, baseline = _from_first_states(search, best_of_other_loops(search, _baseline_of_known_rig(search)))
+    for again in (True, False):
+        trace = without_effects(search.policy, baseline)
+        decision = decide(
+            trace, effects=search.effects, alpha=alpha, seed=seed, threads=search.threads, report=search.report
+        )
+        if decision is None:
+            return None
+        found = decided(trace, decision)
+        better = _better_baseline(search, found) if again else None
+        if better is None:
+            break
+        baseline = better
+    return found
+
+
+def _better_baseline(search: Search, trace: Trace) -> Fitted | None:
+    """Fit the baseline again from its parameters beside the named effects; None where that is no better."""
+    before, augmented, model = trace.baseline, trace.augmented, Model(search.problem)
+    if augmented is before:
+        return None
+    with suppress(SolverError, RigError):
+        found = fit(model, before.holdout, augmented.x[: model.baseline_size], threads=search.threads)
+        return found if found.train_square < (1 - CONTAINED_TOLERANCE) * before.train_square else None
+    return None
 
 
 # --- known rig -------------------------------------------------------------------------------------------------------

@@ -44,6 +44,33 @@ from validation.tracing.settings import (
 )
 
 
+def without_effects(policy: SearchPolicy, baseline: Fitted) -> Trace:
+    """Give the trace of a baseline to which no effect has been added yet."""
+    smooth = smooth_functions(baseline)
+    return Trace(
+        model=policy.name,
+        verdict="none",
+        baseline=baseline,
+        augmented=baseline,
+        candidates=(),
+        confusable=(),
+        floor=_floor(baseline, baseline),
+        smooth=smooth,
+        words=(),
+        alike=VERY_STRONG_EVIDENCE,
+    )
+
+
+def _floor(baseline: Fitted, best: Fitted) -> NoiseFloor:
+    """Noise floor by the model that leaves less of it."""
+    floor = replace(best.noise, local_deg=min(baseline.noise.local_deg, best.noise.local_deg))
+    records = baseline.model.problem.records
+    repeats = repeatability_deg(records, best.residuals) if all(one.only_loads for one in records) else None
+    if repeats is not None:  # trials of few loads: neighbouring samples tell less than one trial from the next
+        floor = replace(floor, repeats_deg=repeats, by_repeats=True)
+    return floor
+
+
 def judge(policy: SearchPolicy, baseline: Fitted, smooth: Smooth, selection: Selection) -> Trace:
     """Judge what the selected effects explain.
 
@@ -54,11 +81,7 @@ def judge(policy: SearchPolicy, baseline: Fitted, smooth: Smooth, selection: Sel
     """
     best, stages = selection.best, selection.stages
     samples = best.samples
-    floor = replace(best.noise, local_deg=min(baseline.noise.local_deg, best.noise.local_deg))
-    records = baseline.model.problem.records
-    repeats = repeatability_deg(records, best.residuals) if all(one.only_loads for one in records) else None
-    if repeats is not None:  # trials of few loads: neighbouring samples tell less than one trial from the next
-        floor = replace(floor, repeats_deg=repeats, by_repeats=True)
+    floor = _floor(baseline, best)
     candidates = [Candidate(g, baseline.bic(samples) - g.bic(samples)) for stage in stages for g in stage]
     alike = max(VERY_STRONG_EVIDENCE, policy.distinct_share * (baseline.bic(samples) - best.bic(samples)))
     verdict, words = _verdict(policy, baseline, best, smooth, floor)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -14,8 +14,8 @@ from validation.tracing.effect import Effect, acting, catalogue
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.folds import Estimate, share
 from validation.tracing.inference.chance import SIMULATIONS, Chance, chance_of
-from validation.tracing.inference.discrepancy import linearised, tangent_of
-from validation.tracing.inference.front_runners import FrontRunner, front_runners_of
+from validation.tracing.inference.discrepancy import linearised
+from validation.tracing.inference.front_runners import FrontRunner, front_runners_of, left_deg
 from validation.tracing.inference.leftover import leftover_deg
 from validation.tracing.inference.priors import DiscrepancyPrior, discrepancy_priors
 from validation.tracing.inference.relevance import Grid, relevant_grid
@@ -23,14 +23,13 @@ from validation.tracing.inference.shapes import Shape, shapes_beside, with_fits
 from validation.tracing.outcome import Trace
 from validation.tracing.plausibility import implausible
 from validation.tracing.search.race import raced
+from validation.tracing.search.search import Progress
 from validation.tracing.settings import MOST_EFFECTS
 
 DecisionVerdict = Literal["none", "effect", "partial", "ambiguous", "unexplained"]
 ALPHA = 0.05
-MOST_RACED = 5
-"""Effects with the largest statistics that are fitted in earnest, beside those that leave least in the search."""
 NO_CLAIM = 0.3
-"""p by the fits of the search from which no effect is fitted further: nothing will be claimed."""
+"""p by the shapes of the starts from which no effect is fitted: nothing will be claimed."""
 EARLY_SIMULATIONS = 199
 
 
@@ -131,7 +130,7 @@ class _Asked:
     seed: int
     threads: int
     simulations: int
-    race: bool
+    report: Progress
 
 
 def decide(
@@ -142,25 +141,24 @@ def decide(
     seed: int = 0,
     threads: int = 1,
     simulations: int = SIMULATIONS,
-    race: bool = True,
+    report: Progress | None = None,
 ) -> Decision | None:
-    """Decide what the records of a trace show, from the fits of its search and those of a race.
+    """Decide what the records of a trace show beside its baseline.
 
-    ``effects`` are those that are tried, by default the whole catalogue. A further effect is looked for as long as more
-    is left than clean rigs leave, and named where that ends it. Without a ``race``, which takes several times as long
-    as the rest, the fits of the search alone are compared, with one effect each. None where the discrepancy of clean
-    rigs has not been learnt for the kind of baseline, where records are compared with a reference, or where folds hold
-    out every sample in turn.
+    ``effects`` are those that are tried, by default the whole catalogue; ``report`` is called before every one that is
+    fitted. A further effect is looked for as long as more is left than clean rigs leave, and named where that ends it.
+    None where the discrepancy of clean rigs has not been learnt for the kind of baseline, where records are compared
+    with a reference, or where folds hold out every sample in turn.
     """
     prior, baseline = learnt_prior(trace), trace.baseline
     if prior is None or trace.reference or baseline.fold_errors is not None:
         return None
     tried = acting(catalogue() if effects is None else effects, in_space=False)
-    asked = _Asked(trace, prior, tried, alpha, seed, threads, simulations, race)
+    asked = _Asked(trace, prior, tried, alpha, seed, threads, simulations, report or (lambda words, ahead: None))
     with threadpool_limits(1, user_api="blas"):
         first = _stage(asked, baseline)
         last, best, left = found = first, baseline, _left_of(asked, first, None)
-        while len(best.names) < (MOST_EFFECTS if race else 1):
+        while len(best.names) < MOST_EFFECTS:
             stage = first if best is baseline else _stage(asked, best)
             if stage.chance.p > alpha or not stage.found:
                 break
@@ -196,23 +194,20 @@ def learnt_prior(trace: Trace) -> DiscrepancyPrior | None:
 def _stage(asked: _Asked, base: Fitted) -> _Stage:
     """Test whether there is one more effect than those of a model, and compare all models that have it.
 
-    Where the fits of the search do not look like chance, the effects with the largest statistics are fitted in earnest,
-    and what they change joins the shapes of their starts: of the records and of the draws alike.
+    Where the shapes of the starts do not look like chance, all effects race, and what their fits change joins these
+    shapes: of the records and of the draws alike.
     """
     shapes = shapes_beside(base, asked.effects, asked.threads)
-    known = [one for one in _searched(asked.trace, len(base.names) + 1) if {*base.names} < {*one.names}]
-    grid, chance = _tested(asked, base, with_fits(shapes, base, known), min(EARLY_SIMULATIONS, asked.simulations))
-    if asked.race and chance.p <= NO_CLAIM:
-        leading = sorted(chance.statistics, key=lambda name: -chance.statistics[name])[:MOST_RACED]
-        names = {*leading, *(_added(base, one) for one in known[:MOST_RACED])}
+    grid, chance = _tested(asked, base, shapes, min(EARLY_SIMULATIONS, asked.simulations))
+    fits = list[Fitted]()
+    if chance.p <= NO_CLAIM:
+        names = {one.effect for one in shapes}
         effects = [effect for effect in asked.effects if effect.name in names]
-        known = _plausible(raced(base, effects, known, asked.threads))
-        shapes = with_fits(shapes, base, known)
-        grid, chance = _tested(asked, base, shapes, asked.simulations)
+        fits = [one for one in raced(base, effects, asked.threads, asked.report) if not implausible(one)]
+        grid, chance = _tested(asked, base, with_fits(shapes, base, fits), asked.simulations)
     elif asked.simulations > EARLY_SIMULATIONS:
         chance = chance_of(grid, seed=asked.seed, simulations=asked.simulations)
-    others = [one for one in _searched(asked.trace, len(base.names) + 1) if not {*base.names} < {*one.names}]
-    found = front_runners_of(grid, [*known, *others], seed=asked.seed, simulations=asked.simulations)
+    found = front_runners_of(grid, fits, sensor_deg=_sensor_deg(asked), seed=asked.seed, simulations=asked.simulations)
     return _Stage(grid, chance, found)
 
 
@@ -221,36 +216,17 @@ def _tested(asked: _Asked, base: Fitted, shapes: Sequence[Shape], simulations: i
     return grid, chance_of(grid, seed=asked.seed, simulations=simulations)
 
 
-def _added(base: Fitted, fitted: Fitted) -> str:
-    """Name the effect that a model has more than another."""
-    return next(name for name in fitted.names if name not in base.names)
-
-
-def _searched(trace: Trace, count: int) -> list[Fitted]:
-    """Give the models of a search with so many effects, the best fit of each, where their parameters make sense."""
-    own = sorted((c.fitted for c in trace.candidates if len(c.names) == count), key=lambda one: one.train_square)
-    best = dict[frozenset[str], Fitted]()
-    for one in _plausible(one for one in own if np.isfinite(one.train_square)):
-        best.setdefault(frozenset(one.names), one)
-    return [*best.values()]
-
-
-def _plausible(fits: Iterable[Fitted]) -> list[Fitted]:
-    return [one for one in fits if not implausible(one)]
-
-
 def _left_of(asked: _Asked, stage: _Stage, best: FrontRunner | None) -> float:
-    """Measure what the best model of a stage leaves above the noise, deg, or that beside which it tests.
-
-    What one cycle differs from the next counts as noise where the floor is from that.
-    """
-    floor = asked.trace.floor
-    linear, sensor = stage.grid.linear, floor.deg if floor.by_repeats else floor.sensor_deg
+    """Measure what the best model of a stage leaves above the noise, deg, or that beside which it tests."""
     if best is None:
-        return leftover_deg(linear, stage.chance.covariance, stage.chance.noise_deg, sensor)
-    rows = best.fitted.rows
-    own = replace(linear, residual=-rows.errors[rows.train], tangent=tangent_of(best.fitted))
-    return leftover_deg(own, best.covariance, best.noise_deg, sensor)
+        return leftover_deg(stage.grid.linear, stage.chance.covariance, stage.chance.noise_deg, _sensor_deg(asked))
+    return left_deg(stage.grid, best, _sensor_deg(asked))
+
+
+def _sensor_deg(asked: _Asked) -> float | None:
+    """Noise of the sensor; what one cycle differs from the next counts as noise where the floor is from that."""
+    floor = asked.trace.floor
+    return floor.deg if floor.by_repeats else floor.sensor_deg
 
 
 def _is_more(asked: _Asked, left_deg: float) -> bool:

@@ -4,6 +4,9 @@ If effect e made the record, the fit o of another effect would leave r_o - r_e a
 families, 1962, by simulation: Williams 1970, doi 10.2307/2528927). Scores are l of the residual beyond the tangent
 of each fit, at the covariances and in the contrasts of the fit without effects, less what each parameter costs
 (Schwarz 1978, doi 10.1214/aos/1176344136).
+
+The discrepancy of the draws has the size of what the best fit leaves: a rig may differ more from its model than
+clean rigs do.
 """
 
 from __future__ import annotations
@@ -18,6 +21,7 @@ from hysteresis.arrays import Floats
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.inference.chance import drawn, scales_of_rigs
 from validation.tracing.inference.discrepancy import tangent_of
+from validation.tracing.inference.leftover import leftover_deg
 from validation.tracing.inference.relevance import Grid
 from validation.tracing.inference.score import Covariance, Reduced, log_likelihood, noise_deg, reduced
 
@@ -66,8 +70,13 @@ class _Fits:
     tangents: Sequence[Floats]
 
 
-def front_runners_of(grid: Grid, fits: Sequence[Fitted], *, seed: int = 0, simulations: int) -> list[FrontRunner]:
-    """Compare fits with effects, the best first; empty without any."""
+def front_runners_of(
+    grid: Grid, fits: Sequence[Fitted], *, sensor_deg: float | None, seed: int = 0, simulations: int
+) -> list[FrontRunner]:
+    """Compare fits with effects, the best first; empty without any.
+
+    ``sensor_deg`` is the noise of the sensor, None where it is not known.
+    """
     if not fits:
         return []
     residuals = np.column_stack([-one.rows.errors[one.rows.train] for one in fits])
@@ -84,12 +93,20 @@ def front_runners_of(grid: Grid, fits: Sequence[Fitted], *, seed: int = 0, simul
         FrontRunner(one, max(own) - score, 1.0, g, noise)
         for one, score, g, noise in zip(fits, own, best, noises, strict=True)
     ]
-    drawn_scores = [one - sizes[:, None] for one in _drawn_scores(grid, at, found, seed, simulations)]
+    left = left_deg(grid, min(found, key=lambda one: one.behind), sensor_deg)
+    drawn_scores = [one - sizes[:, None] for one in _drawn_scores(grid, at, found, left, seed, simulations)]
     found = [
         replace(one, p=_part_as_far(own_scores.max(axis=0) - own_scores[i], one.behind))
         for i, (one, own_scores) in enumerate(zip(found, drawn_scores, strict=True))
     ]
     return sorted(found, key=lambda one: one.behind)
+
+
+def left_deg(grid: Grid, one: FrontRunner, sensor_deg: float | None) -> float:
+    """Measure what a model leaves above the noise of the sensor, rms, deg."""
+    rows = one.fitted.rows
+    own = replace(grid.linear, residual=-rows.errors[rows.train], tangent=tangent_of(one.fitted))
+    return leftover_deg(own, one.covariance, one.noise_deg, sensor_deg)
 
 
 def _part_as_far(behind: Floats, least: float) -> float:
@@ -118,17 +135,20 @@ def _square(fits: _Fits, i: int) -> float:
 
 
 def _drawn_scores(
-    grid: Grid, at: Mapping[Covariance, _Fits], found: Sequence[FrontRunner], seed: int, count: int
+    grid: Grid, at: Mapping[Covariance, _Fits], found: Sequence[FrontRunner], rest_deg: float, seed: int, count: int
 ) -> list[Floats]:
     """For each fit, if its effect made the record: largest scores of all fits, shape (f, count).
 
-    The covariances are those that are most likely beside one of the fits.
+    The covariances are those that are most likely beside one of the fits. The discrepancy has the size of
+    ``rest_deg``, rms, at least.
     """
     out = [np.full((len(found), count), -np.inf) for _ in found]
     covariances = tuple(dict.fromkeys(one.covariance for one in found))
     for own in covariances:
         rng, noise = np.random.default_rng(seed), min(one.noise_deg for one in found if one.covariance == own)
-        draws = drawn(grid.linear, own, scales_of_rigs(grid, noise, rng, count), rng)
+        scales = scales_of_rigs(grid, noise, rng, count)
+        size = math.sqrt(float(np.mean((scales**2).sum(axis=0))))
+        draws = drawn(grid.linear, own, max(rest_deg / noise / size, 1.0) * scales, rng)
         for g in covariances:
             fits = at[g]
             rows = fits.space.rows(draws)

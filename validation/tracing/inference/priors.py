@@ -13,6 +13,8 @@ from hysteresis.arrays import Floats
 from validation.tracing.settings import BaselineName
 
 LEARNT = Path(__file__).with_name("discrepancy.toml")
+TWO_SIDED_95 = 1.96
+"""Standard deviations within which 95 % of a normal distribution lie."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,10 @@ class DiscrepancyPrior:
     def log_density(self, scale: Floats) -> Floats:
         """Logarithm of the density of log(scale), less that of the median."""
         return np.asarray(-0.5 * (np.log(scale / self.median) / self.spread) ** 2)
+
+    def log_density_of_smooth(self, size: Floats) -> Floats:
+        """Logarithm of the density of the rms of all smooth functions, half normal, less that of none."""
+        return np.asarray(-0.5 * (TWO_SIDED_95 * size / self.leftover) ** 2)
 
 
 @cache

@@ -201,8 +201,10 @@ def log_likelihood(one: Reduced, square: Floats, covariance: Covariance, prior: 
     variance = np.maximum(square / linear.freedom, 1e-300)
     likely = np.maximum(variance, linear.floor_deg**2)
     fit = -0.5 * linear.freedom * (np.log(likely) + variance / likely)
-    scale = covariance.tau * np.sqrt(likely) / linear.half_range_deg
-    return np.asarray(fit + prior.log_density(scale) + constant(one, covariance))
+    noise = np.sqrt(likely) / linear.half_range_deg
+    smooth = math.hypot(*(scale for _, scale in covariance.pattern)) * noise
+    known = prior.log_density(covariance.tau * noise) + prior.log_density_of_smooth(smooth)
+    return np.asarray(fit + known + constant(one, covariance))
 
 
 def constant(one: Reduced, covariance: Covariance) -> float:

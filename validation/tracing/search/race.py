@@ -1,7 +1,7 @@
 """A race of effects beside a fitted model: from several starts each, with budgets that grow; the better half goes on.
 
-Starts of an effect are those of the largest linearised gain beside the fitted model and beside the declared parameters,
-the fits of it that are known, and, after the second round, the other optima of the baseline from the best fit so far.
+Starts of an effect are those of the largest linearised gain beside the fitted model and beside the declared parameters
+and, after the second round, the other optima of the baseline from the best fit so far.
 """
 
 from __future__ import annotations
@@ -18,9 +18,10 @@ from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.least_squares import fit
 from validation.tracing.fitting.model import Model
 from validation.tracing.search.restarts import other_loops, other_tendons
+from validation.tracing.search.search import Progress
 from validation.tracing.search.starts import FormStarts, best_starts
 
-BUDGETS = {4: 36.0, 8: 9.0, 16: 4.0, 30: 4.0}
+BUDGETS = {4: 16.0, 8: 4.0, 16: 4.0, 30: 4.0}
 """Least-squares steps of each round, and the mean square over the least one above which a runner falls out."""
 OPTIMA_AFTER, OPTIMA_NEAR = 8, 4.0
 """Budget after which the other optima of the baseline join, for effects within this mean square over the least one."""
@@ -41,19 +42,19 @@ class _Runner:
     fitted: Fitted | None = None
 
 
-def raced(base: Fitted, effects: Sequence[Effect], known: Sequence[Fitted], threads: int = 1) -> list[Fitted]:
+def raced(base: Fitted, effects: Sequence[Effect], threads: int, report: Progress) -> list[Fitted]:
     """Fit each of some effects in addition to those of a model: the best fit of each, the best effect first.
 
-    Parameters
-    ----------
-    known
-        Fits of the same models that have been made, in any number.
+    ``report`` is called before every fit.
     """
-    declared = _declared(base, threads)
+    declared, done = _declared(base, threads), list[_Runner]()
     field = [runner for effect in effects for runner in _starts(base, declared, effect, threads)]
-    done = [_Runner(min({*one.names} - {*base.names}), one.model, one.x, one.train_square, one) for one in known]
     for budget, far in BUDGETS.items():
-        ran = [(one, there) for one in field if (there := _run(base, one, budget, threads)) is not None]
+        ran = list[tuple[_Runner, _Runner]]()
+        for ahead, one in zip(reversed(range(len(field))), field, strict=True):
+            report(" + ".join((*base.names, one.effect)), ahead)
+            if (there := _run(base, one, budget, threads)) is not None:
+                ran.append((one, there))
         done += [there for _, there in ran]
         least = min((one.square for one in done), default=0.0)
         field = [there for before, there in ran if before.fitted is None or there.square < GAINS * before.square]
@@ -62,7 +63,9 @@ def raced(base: Fitted, effects: Sequence[Effect], known: Sequence[Fitted], thre
                 other for one in _best(done).values() if one.square <= OPTIMA_NEAR * least for other in _optima(one)
             ]
         field.sort(key=lambda one: one.square)
-        leading = {*field[: (len(field) + 1) // 2]} | ({*_best(field).values()} if budget <= OPTIMA_AFTER else set())
+        leading = {*field[: (len(field) + 1) // 2]}
+        if budget < OPTIMA_AFTER:  # every effect gets that far
+            leading |= {*_best(field).values()}
         places = {(one.effect, f"{one.square:.2e}", one.fitted is None and id(one)): one for one in leading}
         field = [one for one in places.values() if one.square <= far * least]
     best = _best(done)
