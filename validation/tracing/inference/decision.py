@@ -35,10 +35,14 @@ EARLY_SIMULATIONS = 199
 
 @dataclass(frozen=True)
 class Compared:
-    """A model with effects: its own p, how far its score is behind, and the share of the error that it takes."""
+    """A model with effects: its own p, how far its score is behind, and the share of the error that it explains.
+
+    ``within`` as of :class:`validation.tracing.inference.front_runners.FrontRunner`.
+    """
 
     fitted: Fitted
     p: float
+    within: bool
     behind: float
     explained: Estimate
 
@@ -93,7 +97,7 @@ class Decision:
     @property
     def not_distinguished(self) -> tuple[tuple[str, ...], ...]:
         """Effects of the models that the record does not tell apart, the best first; empty where nothing is claimed."""
-        return tuple(one.names for one in self.compared if one.p > self.alpha) if self.claimed else ()
+        return tuple(one.names for one in self.compared if one.p > self.alpha or one.within) if self.claimed else ()
 
     @property
     def confusable(self) -> tuple[tuple[str, ...], ...]:
@@ -175,7 +179,12 @@ def decide(
         alpha=alpha,
         p_none=p_none,
         simulations=simulations,
-        verdict=_verdict([one.p > alpha for one in compared], claimed=p_none <= alpha, more=_is_more(asked, left)),
+        verdict=_verdict(
+            [one.p > alpha or one.within for one in compared],
+            claimed=p_none <= alpha,
+            more=_is_more(asked, left),
+            most=best is not baseline and _explains_most(baseline, best, left),
+        ),
         best=best,
         compared=compared,
         discrepancy_deg=left,
@@ -235,15 +244,20 @@ def _is_more(asked: _Asked, left_deg: float) -> bool:
     return left_deg > asked.prior.leftover * half_range
 
 
-def _verdict(in_set: Sequence[bool], *, claimed: bool, more: bool) -> DecisionVerdict:
-    """Verdict from which models are in the set, and whether more is left than clean rigs leave."""
+def _explains_most(baseline: Fitted, best: Fitted, left_deg: float) -> bool:
+    """Whether effects explain more of the mean square of the training samples than they leave above the noise."""
+    return baseline.train_rmse_deg**2 - best.train_rmse_deg**2 > left_deg**2
+
+
+def _verdict(in_set: Sequence[bool], *, claimed: bool, more: bool, most: bool) -> DecisionVerdict:
+    """Verdict from which models are in the set, whether more is left than clean rigs leave, and most is explained."""
     if not claimed:
         return "unexplained" if more else "none"
-    if not any(in_set):
+    if not any(in_set) or (more and not most):
         return "unexplained"
     return "partial" if more else "effect" if sum(in_set) == 1 else "ambiguous"
 
 
 def _compared(trace: Trace, one: FrontRunner) -> Compared:
     before, after = trace.baseline.heldout_errors, one.fitted.heldout_errors
-    return Compared(one.fitted, one.p, one.behind, share(before, after, trace.floor.deg))
+    return Compared(one.fitted, one.p, one.within, one.behind, share(before, after, trace.floor.deg))

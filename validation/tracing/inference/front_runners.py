@@ -5,8 +5,8 @@ families, 1962, by simulation: Williams 1970, doi 10.2307/2528927). Scores are l
 of each fit, at the covariances and in the contrasts of the fit without effects, less what each parameter costs
 (Schwarz 1978, doi 10.1214/aos/1176344136).
 
-The discrepancy of the draws has the size of what the best fit leaves: a rig may differ more from its model than
-clean rigs do.
+Fits that differ by less than the best one leaves are not told apart either: a rig that differs as much from its model
+may have any of them.
 """
 
 from __future__ import annotations
@@ -36,6 +36,8 @@ class FrontRunner:
         Score of the best fit less its own.
     p
         Probability that a record of this effect would leave it as far behind.
+    within
+        Whether it differs from the best fit by no more than that leaves above the noise of the sensor, rms.
     covariance, noise_deg
         Most likely beside it.
     """
@@ -43,6 +45,7 @@ class FrontRunner:
     fitted: Fitted
     behind: float
     p: float
+    within: bool
     covariance: Covariance
     noise_deg: float
 
@@ -90,16 +93,23 @@ def front_runners_of(
     own = [float(scores[g][i]) for i, g in enumerate(best)]
     noises = [noise_deg(grid.linear, float(squares[g][i])) for i, g in enumerate(best)]
     found = [
-        FrontRunner(one, max(own) - score, 1.0, g, noise)
+        FrontRunner(one, max(own) - score, 1.0, False, g, noise)
         for one, score, g, noise in zip(fits, own, best, noises, strict=True)
     ]
-    left = left_deg(grid, min(found, key=lambda one: one.behind), sensor_deg)
-    drawn_scores = [one - sizes[:, None] for one in _drawn_scores(grid, at, found, left, seed, simulations)]
+    drawn_scores = [one - sizes[:, None] for one in _drawn_scores(grid, at, found, seed, simulations)]
     found = [
         replace(one, p=_part_as_far(own_scores.max(axis=0) - own_scores[i], one.behind))
         for i, (one, own_scores) in enumerate(zip(found, drawn_scores, strict=True))
     ]
-    return sorted(found, key=lambda one: one.behind)
+    found.sort(key=lambda one: one.behind)
+    rest, leading = left_deg(grid, found[0], sensor_deg), found[0].fitted
+    return [replace(one, within=_difference_deg(one.fitted, leading) <= rest) for one in found]
+
+
+def _difference_deg(one: Fitted, other: Fitted) -> float:
+    """Difference of two fits, rms of the training samples."""
+    difference = (one.rows.errors - other.rows.errors)[one.rows.train]
+    return float(np.sqrt(np.mean(difference**2)))
 
 
 def left_deg(grid: Grid, one: FrontRunner, sensor_deg: float | None) -> float:
@@ -135,20 +145,17 @@ def _square(fits: _Fits, i: int) -> float:
 
 
 def _drawn_scores(
-    grid: Grid, at: Mapping[Covariance, _Fits], found: Sequence[FrontRunner], rest_deg: float, seed: int, count: int
+    grid: Grid, at: Mapping[Covariance, _Fits], found: Sequence[FrontRunner], seed: int, count: int
 ) -> list[Floats]:
     """For each fit, if its effect made the record: largest scores of all fits, shape (f, count).
 
-    The covariances are those that are most likely beside one of the fits. The discrepancy has the size of
-    ``rest_deg``, rms, at least.
+    The covariances are those that are most likely beside one of the fits.
     """
     out = [np.full((len(found), count), -np.inf) for _ in found]
     covariances = tuple(dict.fromkeys(one.covariance for one in found))
     for own in covariances:
         rng, noise = np.random.default_rng(seed), min(one.noise_deg for one in found if one.covariance == own)
-        scales = scales_of_rigs(grid, noise, rng, count)
-        size = math.sqrt(float(np.mean((scales**2).sum(axis=0))))
-        draws = drawn(grid.linear, own, max(rest_deg / noise / size, 1.0) * scales, rng)
+        draws = drawn(grid.linear, own, scales_of_rigs(grid, noise, rng, count), rng)
         for g in covariances:
             fits = at[g]
             rows = fits.space.rows(draws)
