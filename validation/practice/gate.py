@@ -2,7 +2,7 @@
 
     python -m validation.practice.gate --seed 7 --count 8 --out gate.jsonl
 
-Each case is drawn and traced once; both verdicts are of that one search. A line is appended to the file for every
+A line is appended to the file for every
 case, and cases that have a line are not traced again. A seed is used once, after the last change.
 """
 
@@ -36,7 +36,7 @@ from validation.practice.series.effects import labels_of
 from validation.practice.spoiled.draw import SOURCES, Source, draw_labelled
 from validation.practice.summary import exact_interval
 from validation.tracing import trace_records
-from validation.tracing.inference import ALPHA, decide
+from validation.tracing.inference import ALPHA
 from validation.tracing.outcome import Trace
 
 MOST_LEADING = 3
@@ -111,7 +111,7 @@ class Line:
     leading: tuple[str, ...]
     fitted: tuple[str, ...]
     seconds: float
-    decision_seconds: float
+    test_seconds: float
 
     @property
     def decided(self) -> Outcome:
@@ -119,26 +119,37 @@ class Line:
         return self.test or self.rules
 
 
-def traced(asked: Asked) -> tuple[Case, tuple[str, ...], Trace, float]:
-    """Draw and trace a case; the last is seconds of one core."""
+def line_of(asked: Asked, alpha: float = ALPHA) -> Line:
+    """Draw a case, and trace it by the rules and by the test."""
     case, describes = asked.case()
+    by_rules, seconds = _traced(case, None)
+    by_test, test_seconds = _traced(case, alpha)
+    rules, decision = _outcome(asked, case, by_rules, seconds, describes), by_test.decision
+    if decision is None:
+        return Line(asked.row, asked.seed, asked.number, rules, None, None, (), (), seconds, test_seconds)
+    return Line(
+        row=asked.row,
+        seed=asked.seed,
+        number=asked.number,
+        rules=rules,
+        test=_outcome(asked, case, by_test, test_seconds, describes),
+        p_none=decision.p_none,
+        leading=tuple(sorted(decision.statistics, key=lambda name: -decision.statistics[name])[:MOST_LEADING]),
+        fitted=tuple(" + ".join(one.names) for one in decision.compared),
+        seconds=seconds,
+        test_seconds=test_seconds,
+    )
+
+
+def _traced(case: Case, alpha: float | None) -> tuple[Trace, float]:
+    """Trace a case; the other number is seconds of one core."""
     start = time.process_time()
-    trace = trace_records(case.records, threads=1)
-    return case, describes, trace, time.process_time() - start
+    trace = trace_records(case.records, threads=1, alpha=alpha)
+    return trace, round(time.process_time() - start, 2)
 
 
-def line_of(asked: Asked, drawn: tuple[Case, tuple[str, ...], Trace, float], alpha: float = ALPHA) -> Line:
-    """Answer a traced case by the rules and by the test."""
-    case, describes, trace, seconds = drawn
-    start = time.process_time()
-    decision = decide(trace, alpha=alpha)
-    took = time.process_time() - start
-
-    def outcome(answer: Answer) -> Outcome:
-        found = outcome_of(asked.label, case, answer, seconds)
-        return replace(found, describes=describes)
-
-    rules = Answer(
+def _outcome(asked: Asked, case: Case, trace: Trace, seconds: float, describes: tuple[str, ...]) -> Outcome:
+    answer = Answer(
         verdict=trace.verdict,
         named=trace.names,
         confusable=trace.confusable[0] if trace.confusable else (),
@@ -146,27 +157,7 @@ def line_of(asked: Asked, drawn: tuple[Case, tuple[str, ...], Trace, float], alp
         before_deg=trace.baseline.heldout_rmse_deg,
         after_deg=trace.augmented.heldout_rmse_deg,
     )
-    if decision is None:
-        return Line(asked.row, asked.seed, asked.number, outcome(rules), None, None, (), (), seconds, took)
-    test = replace(
-        rules,
-        verdict=decision.verdict,
-        named=decision.names,
-        confusable=decision.confusable[0] if decision.confusable else (),
-        after_deg=decision.best.heldout_rmse_deg,
-    )
-    return Line(
-        row=asked.row,
-        seed=asked.seed,
-        number=asked.number,
-        rules=outcome(rules),
-        test=outcome(test),
-        p_none=decision.p_none,
-        leading=tuple(sorted(decision.statistics, key=lambda name: -decision.statistics[name])[:MOST_LEADING]),
-        fitted=tuple(" + ".join(one.names) for one in decision.compared),
-        seconds=round(seconds, 2),
-        decision_seconds=round(took, 2),
-    )
+    return replace(outcome_of(asked.label, case, answer, seconds), describes=describes)
 
 
 def table(lines: Sequence[Line]) -> list[str]:
@@ -214,10 +205,6 @@ def append(path: Path, line: Line) -> None:
         file.write(json.dumps(to_plain(line)) + "\n")
 
 
-def _answered(asked: Asked) -> Line:
-    return line_of(asked, traced(asked))
-
-
 def main(arguments: Sequence[str] | None = None) -> None:
     """Trace the cases that have no line yet, and print the table of all."""
     parser = argparse.ArgumentParser(prog="python -m validation.practice.gate")
@@ -231,7 +218,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     every = [Asked(options.seed, row, number) for number in range(options.count) for row in options.rows]
     todo = [one for one in every if (one.row, one.seed, one.number) not in there]
     with ProcessPoolExecutor(options.workers, mp_context=get_context("spawn")) as pool:
-        futures = [pool.submit(_answered, one) for one in todo]
+        futures = [pool.submit(line_of, one) for one in todo]
         for future in track(as_completed(futures), total=len(futures), description="cases"):
             append(options.out, future.result())
     print("\n".join(table([one for one in read_lines(options.out) if one.row in options.rows])))  # noqa: T201

@@ -59,6 +59,7 @@ from validation.tracing.inference.decided import decided
 from validation.tracing.inference.decision import ALPHA, decide
 from validation.tracing.outcome import Trace, turns_are_alike
 from validation.tracing.search import Search, best_of_other_loops, refit_without_heldout, select_effects
+from validation.tracing.search.refine import refined
 from validation.tracing.search.search import FitCount, Progress
 from validation.tracing.search.stepwise import Selection
 from validation.tracing.sensors.drive_steps import sensor_words
@@ -318,7 +319,8 @@ def _tested(search: Search, alpha: float, seed: int) -> Trace | None:
         if better is None:
             break
         baseline = better
-    return found
+    fine = refined(found.augmented, search.report, threads=search.threads) if found.effects else found.augmented
+    return replace(found, augmented=fine)
 
 
 def _better_baseline(search: Search, trace: Trace) -> Fitted | None:

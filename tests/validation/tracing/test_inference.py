@@ -14,7 +14,6 @@ from validation.tracing import trace_records
 from validation.tracing.inference import decide
 from validation.tracing.inference.autoregression import coloured, gaps, log_determinant, whitened
 from validation.tracing.inference.chance import chance_of, drawn, scales_of_rigs
-from validation.tracing.inference.decided import decided
 from validation.tracing.inference.discrepancy import Linearised, orthonormal
 from validation.tracing.inference.front_runners import front_runners_of
 from validation.tracing.inference.priors import DiscrepancyPrior, discrepancy_priors
@@ -116,6 +115,8 @@ def test_the_score_is_the_marginal_likelihood_of_the_contrasts(rho, tau, pattern
     expected = density.logpdf(contrasts.T @ linear.residual) + linear.freedom / 2 * np.log(2 * np.pi)
     priors = float(PRIOR.log_density(np.array(tau * noise / linear.half_range_deg)))
     priors += RHO_POWER * np.log(1 - rho) - len(pattern) * np.log(2 * len(GROUP_SCALES))
+    smooth = noise**2 * sum(scale**2 for _, scale in pattern)
+    priors -= smooth / 2 / (PRIOR.leftover * linear.half_range_deg / 1.96) ** 2
     assert score == pytest.approx(expected + priors, abs=1e-6)
 
 
@@ -228,7 +229,7 @@ def compared(seed, amount, alike):
     linear = replace(linear, residual=amount * shape + noise)
     grid = Grid(linear, PRIOR, [Covariance(0.0, (), 0.1)], {0.0: reduced(linear, 0.0)})
     fits = [fit_of(linear, own) for own in (shape, near, other)]
-    found = front_runners_of(grid, fits, seed=seed, simulations=199)
+    found = front_runners_of(grid, fits, sensor_deg=0.05, seed=seed, simulations=199)
     return [next(one for one in found if one.fitted is fit) for fit in fits]
 
 
@@ -284,8 +285,8 @@ def test_scales_of_effects_are_as_large_as_in_clean_rigs():
     assert np.mean(found**2) == pytest.approx(1e-6 * np.exp(2 * 0.7**2), rel=0.05)
 
 
-def decision_of(label, number, **options):
-    return decide(trace_records(draw_case("work", "known", label, number).records), **options)
+def decision_of(label, number):
+    return trace_records(draw_case("work", "known", label, number).records).decision
 
 
 @pytest.mark.slow
@@ -312,8 +313,8 @@ def test_a_decision_repeats_by_its_seed():
 
 @pytest.mark.slow
 def test_the_verdict_and_the_report_are_those_of_the_test():
-    trace = trace_records(draw_case("work", "known", "clean", 1).records)
-    by_test = decided(trace, decide(trace, alpha=0.2))
+    records = draw_case("work", "known", "clean", 1).records
+    trace, by_test = (trace_records(records, alpha=alpha) for alpha in (None, 0.2))
     plain, tested = trace_report(trace), trace_report(by_test)
     stored = TraceReport.from_dict(json.loads(json.dumps(tested.to_dict())))
     assert (stored.alpha, stored.simulations) == (0.2, 999)
