@@ -17,9 +17,10 @@ from validation.tracing.effect import Effect, RigForm
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.least_squares import fit
 from validation.tracing.fitting.model import Model
-from validation.tracing.search.restarts import other_loops, other_tendons
+from validation.tracing.search.restarts import along_the_valley, best_from, other_loops, other_tendons
 from validation.tracing.search.search import Progress
 from validation.tracing.search.starts import FormStarts, best_starts
+from validation.tracing.settings import COMPETITOR_SQUARE
 
 BUDGETS = {4: 16.0, 8: 4.0, 16: 4.0, 30: 4.0}
 """Least-squares steps of each round, and the mean square over the least one above which a runner falls out."""
@@ -68,8 +69,15 @@ def raced(base: Fitted, effects: Sequence[Effect], threads: int, report: Progres
             kept += [one for one in _best(field).values() if one not in kept]
         places = {(one.effect, f"{one.square:.2e}", one.fitted is None and id(one)): one for one in reversed(kept)}
         field = [one for one in reversed(places.values()) if one.square <= far * least]
-    best = _best(done)
-    return [one.fitted for one in sorted(best.values(), key=lambda one: one.square) if one.fitted is not None]
+    fits = sorted((one.fitted for one in _best(done).values() if one.fitted), key=lambda one: one.train_square)
+    near = [one for one in fits if one.train_square <= COMPETITOR_SQUARE * fits[0].train_square]
+    again = [best_from(one, _further(one), threads, report) for one in near]
+    return sorted([*again, *fits[len(near) :]], key=lambda one: one.train_square)
+
+
+def _further(fitted: Fitted) -> list[Floats]:
+    """Coordinates from which a fit may come to a better optimum."""
+    return [*other_loops(fitted), *other_tendons(fitted), *along_the_valley(fitted)]
 
 
 def _best(runners: Iterable[_Runner]) -> Mapping[str, _Runner]:

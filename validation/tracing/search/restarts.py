@@ -14,7 +14,7 @@ from validation.tracing.baseline.equivalent_rig import EquivalentRigProblem
 from validation.tracing.fitting.evidence import is_noise
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.least_squares import fit
-from validation.tracing.search.search import Search
+from validation.tracing.search.search import Progress, Search
 from validation.tracing.settings import (
     CONTAINED_TOLERANCE,
     FEW_STEPS,
@@ -56,11 +56,12 @@ def best_of_restarts(search: Search, fitted: Fitted) -> Fitted:
     if not (search.policy.restarted and fitted.names):
         return fitted
     valley = along_the_valley(fitted) if search.policy.along_valley else ()
-    best = _best_from(search, fitted, (*other_loops(fitted), *other_tendons(fitted), *valley))
+    starts = (*other_loops(fitted), *other_tendons(fitted), *valley)
+    best = best_from(fitted, starts, search.threads, search.report)
     for _ in range(MOST_RESTARTS if search.policy.along_valley else 0):
         if best is fitted or best.train_square > (1 - CONTAINED_TOLERANCE) * fitted.train_square:
             break
-        fitted, best = best, _best_from(search, best, other_loops(best))
+        fitted, best = best, best_from(best, other_loops(best), search.threads, search.report)
     return best_from_start(search, best) if search.policy.absorbs_effects else best
 
 
@@ -81,21 +82,21 @@ def best_from_start(search: Search, fitted: Fitted) -> Fitted:
     return fitted
 
 
-def _best_from(search: Search, fitted: Fitted, starts: Sequence[Floats]) -> Fitted:
+def best_from(fitted: Fitted, starts: Sequence[Floats], threads: int, report: Progress) -> Fitted:
     """Fit a model from other starting points, those to the end that are promising; the best fit, or the one given."""
     found = [fitted]
     for ahead, x in zip(reversed(range(len(starts))), starts, strict=True):
-        search.report(f"{' + '.join(fitted.names)}, from another start", ahead)
+        report(f"{' + '.join(fitted.names)}, from another start", ahead)
         with suppress(SolverError, RigError):
-            there = fit(fitted.model, fitted.holdout, x, threads=search.threads, most_steps=FEW_STEPS)
+            there = fit(fitted.model, fitted.holdout, x, threads=threads, most_steps=FEW_STEPS)
             if there.train_square < PROMISING**2 * fitted.train_square:
-                found.append(fit(fitted.model, fitted.holdout, there.x, threads=search.threads))
+                found.append(fit(fitted.model, fitted.holdout, there.x, threads=threads))
     return min(found, key=lambda other: other.train_square)
 
 
 def best_of_other_tendons(search: Search, fitted: Fitted) -> Fitted:
     """Fit a model of an equivalent rig again from tendons with hardly a toe region; the better fit."""
-    return _best_from(search, fitted, other_tendons(fitted))
+    return best_from(fitted, other_tendons(fitted), search.threads, search.report)
 
 
 def other_tendons(fitted: Fitted) -> list[Floats]:
