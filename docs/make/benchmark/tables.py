@@ -1,4 +1,4 @@
-"""Puts scores into ``docs/validation/benchmark.md``: ``python -m docs.make.benchmark WAY.json ...``.
+"""Puts scores into a page: ``python -m docs.make.benchmark WAY.json ... --page docs/archive/practice-2026.md``.
 
 Each file is a score that ``notchbend practice score --out`` wrote; its name is that of the way, such as tracer.json.
 """
