@@ -47,16 +47,16 @@ def _section(effect: Effect) -> str:
     return "\n\n".join([*parts, *_plausible(effect)])
 
 
-def _once(rows: Sequence[Sequence[str]]) -> list[Sequence[str]]:
+def _once(rows: Sequence[list[str]]) -> list[list[str]]:
     """Rows without repetitions: forms of a parameter that is free on either side have the same row."""
     return [*{tuple(row): row for row in rows}.values()]
 
 
 def _plausible(effect: Effect) -> list[str]:
     """Ranges outside of which a fit is shown and not named, parameters of one range and reason in a line."""
-    forms = [("known", f) for f in (*effect.rig_forms, *effect.space_forms)]
-    forms += [("unknown", f) for f in effect.curve_forms]
-    there = [(p.name, p.sensible, rig) for rig, form in forms for p in form.parameters if p.sensible is not None]
+    free = [("known", p) for form in (*effect.rig_forms, *effect.space_forms) for p in form.parameters]
+    free += [("unknown", p) for form in effect.curve_forms for p in form.parameters]
+    there = [(p.name, p.sensible, rig) for rig, p in free if p.sensible is not None]
     ranges = {name: {_range(sensible) for known, sensible, _ in there if known == name} for name, *_ in there}
     named = dict[str, dict[str, None]]()
     for name, sensible, rig in there:
