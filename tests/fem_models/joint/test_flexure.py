@@ -41,7 +41,12 @@ def test_flexure_of_a_v_is_the_integral_over_planar_cuts():
     assert beam(V).axial_N_per_mm == pytest.approx(YOUNG / (2 * axial), rel=1e-7)
 
 
-TUBES = [(6.2, 5.4, 2.72, 1.2, 0.4), (1.16, 0.86, 0.57, 0.3, 0.0), (3.0, 2.97, 1.2, 2.0, 0.01), (2.0, 0.4, 0.9, 0.8, 0.7)]
+TUBES = [
+    (6.2, 5.4, 2.72, 1.2, 0.4),
+    (1.16, 0.86, 0.57, 0.3, 0.0),
+    (3.0, 2.97, 1.2, 2.0, 0.01),
+    (2.0, 0.4, 0.9, 0.8, 0.7),
+]
 """Outer and inner diameter, depth, width and root of a V, mm; the last but one has the thinnest wall."""
 
 
