@@ -160,6 +160,7 @@ class LoopsOverDrive:
 
     drive: Floats  # shape (m,)
     grid: Floats  # shape (k,), increasing: drives at which there is a width
+    reached: Ints  # shape (k,), number of cycles that reach each, at least one
     cycles: tuple[_Cycle, ...]
 
     def width(self, angle_deg: ArrayLike) -> LoopWidth:
@@ -171,8 +172,8 @@ class LoopsOverDrive:
             A shape that differs from that of the drive, or a value that is not finite.
         """
         x, y = _rows("drive", self.drive, "angle", angle_deg)
-        rows = np.array([np.interp(self.grid, c.grid, c.width(y), left=np.nan, right=np.nan) for c in self.cycles])
-        width = _lag_sign(x, y) * np.nanmean(rows, axis=0)  # at least one cycle contains every grid point
+        rows = np.array([np.interp(self.grid, c.grid, c.width(y), left=0.0, right=0.0) for c in self.cycles])
+        width = _lag_sign(x, y) * (rows.sum(axis=0) / self.reached)
         k = int(np.argmax(np.abs(width)))
         at_zero = float(np.interp(0.0, self.grid, width)) if self.grid[0] <= 0 <= self.grid[-1] else None
         return LoopWidth(float(abs(width[k])), float(self.grid[k]), at_zero, self.grid, width)
@@ -194,7 +195,9 @@ def _loops_over(x: Floats, numbers: Ints) -> LoopsOverDrive:
     cycles = tuple(c for c in (_cycle_over(x, s) for s in _complete(x, numbers)) if c is not None)
     if not cycles:
         raise ValueError("drive: the two branches have no drive in common: expected a loop (there and back)")
-    return LoopsOverDrive(x, np.unique(np.concatenate([c.grid for c in cycles])), cycles)
+    grid = np.unique(np.concatenate([c.grid for c in cycles]))
+    reached = np.sum([(c.grid[0] <= grid) & (grid <= c.grid[-1]) for c in cycles], axis=0)
+    return LoopsOverDrive(x, grid, reached, cycles)
 
 
 def dissipated_area(drive: ArrayLike, angle_deg: ArrayLike, cycle: ArrayLike | None = None) -> float:
@@ -289,10 +292,10 @@ class _Branch(NamedTuple):
     drive: Floats  # shape (b,), increasing
     samples: Ints  # shape (n,), of the record
     number: Ints  # shape (n,), of the bin of each
-    count: Ints  # shape (b,)
+    size: Ints  # shape (b,), of each bin
 
     def mean(self, y: Floats) -> Floats:
-        return np.asarray(np.bincount(self.number, y[self.samples]) / self.count)
+        return np.asarray(np.bincount(self.number, y[self.samples]) / self.size)
 
 
 class _Cycle(NamedTuple):

@@ -179,7 +179,7 @@ def _run_chain(rig: Rig, program: LoadProgram) -> Run:
     run = Run(
         angle, notches, done.tensions[:, : len(rig.tendons)], work, strain, lambda: solve_chain(rig, program).record
     )
-    if not max(np.abs(part).max() for part in (angle, notches, wheel_N)) <= MAX_MAGNITUDE:
+    if not all(np.abs(part).max() <= MAX_MAGNITUDE for part in (angle, notches, wheel_N)):
         run.record()
     return run
 
