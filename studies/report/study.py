@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import plotly.graph_objects as go
 from numpy.typing import NDArray
 
 from hysteresis.arrays import Floats
@@ -19,18 +20,7 @@ from hysteresis.records.record import RecordError
 from studies.report.charts import Bars, Chart, Dots, Heat, Line, Plate, Tone, finite
 from studies.report.parts.feasible import Feasible, feasibility, region_plate
 from studies.report.parts.multiples import multiples
-from studies.report.plotly import (
-    Camera,
-    Figure,
-    Point,
-    Scene,
-    SceneAxis,
-    SceneLayout,
-    Surface,
-    Title,
-    as_json,
-    packed,
-)
+from studies.report.plotly import as_json, packed, tone
 from studies.results import read_result
 from studies.results.made import Made
 from studies.results.manifest import require_complete
@@ -311,15 +301,26 @@ def _surfaces(data: xr.Dataset, names: Sequence[str]) -> str | None:
         values, _ = _plane(data, name)
         label = _label(data, name)
         hover = f"%{{x:.4g}}, %{{y:.4g}}: %{{z:.4g}}<extra>{label}</extra>"
-        surfaces.append(Surface(packed(x), packed(y), packed(values.T), label, visible=i == 0, hovertemplate=hover))
-    camera = Camera(eye=Point(-1.6, -1.6, 0.95), center=Point(0, 0, -0.15))
-    first, second = (_scene_axis(_label(data, axis)) for axis in axes[:2])
-    scene = Scene(first, second, _scene_axis(""), camera)
-    return as_json(Figure(tuple(surfaces), SceneLayout(scene)))
+        surfaces.append(
+            go.Surface(
+                x=packed(x),
+                y=packed(y),
+                z=packed(values.T),
+                name=label,
+                visible=i == 0,
+                hovertemplate=hover,
+                showscale=False,
+            )
+        )
+    camera = {"eye": {"x": -1.6, "y": -1.6, "z": 0.95}, "center": {"x": 0, "y": 0, "z": -0.15}}
+    labels = (*(_label(data, axis) for axis in axes[:2]), "")
+    scene = {f"{axis}axis": _scene_axis(label) for axis, label in zip("xyz", labels, strict=True)}
+    return as_json(surfaces, go.Layout(scene={**scene, "camera": camera}))
 
 
-def _scene_axis(label: str) -> SceneAxis:
-    return SceneAxis(title=Title(label), gridcolor="$line", backgroundcolor="rgba(0,0,0,0)", zerolinecolor="$line")
+def _scene_axis(label: str) -> dict[str, object]:
+    lines = {"gridcolor": tone("line"), "zerolinecolor": tone("line")}
+    return {"title": {"text": label}, "backgroundcolor": "rgba(0,0,0,0)", **lines}
 
 
 def _sensitivity(path: Path) -> Plate | None:
