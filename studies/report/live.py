@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import plotly.graph_objects as go
+from plotly.basedatatypes import BasePlotlyType
 
 from studies.report.charts import Bars, Chart, Dots, Heat, Line, Span
 from studies.report.plotly import as_json, colour_bar, packed, tone
@@ -15,8 +16,8 @@ def chart_json(chart: Chart) -> str:
     """Give the traces and the layout of a chart."""
     in_legend = [mark for mark in chart.marks if isinstance(mark, Line | Bars)]
     layout = go.Layout(
-        xaxis=_axis(chart.x_label, chart.x_range),
-        yaxis=_axis(chart.y_label, chart.y_range),
+        xaxis=_axis(go.layout.XAxis, chart.x_label, chart.x_range),
+        yaxis=_axis(go.layout.YAxis, chart.y_label, chart.y_range),
         showlegend=chart.legend and len(in_legend) > 1,
         hovermode="closest",
         shapes=[_shape(mark) for mark in chart.marks if isinstance(mark, Span)],
@@ -29,9 +30,9 @@ def chart_json(chart: Chart) -> str:
     return as_json((_trace(mark) for mark in chart.marks if not isinstance(mark, Span)), layout)
 
 
-def _axis(label: str, within: tuple[float, float] | None) -> dict[str, object]:
+def _axis(kind: type[BasePlotlyType], label: str, within: tuple[float, float] | None) -> BasePlotlyType:
     lines = {"gridcolor": tone("line"), "zerolinecolor": tone("line")}
-    return {"title": {"text": label, "standoff": 8}, "automargin": True, "range": within, **lines}
+    return kind(title={"text": label, "standoff": 8}, automargin=True, range=within, **lines)
 
 
 def _shape(span: Span) -> go.layout.Shape:
@@ -58,7 +59,7 @@ def _trace(mark: Line | Bars | Heat | Dots) -> go.Scatter | go.Bar | go.Heatmap:
     if isinstance(mark, Heat):
         low, high = mark.scale or (None, None)
         x, y, z = packed(mark.x), packed(mark.y), packed(mark.z)
-        return go.Heatmap(x=x, y=y, z=z, colorbar=colour_bar(mark.label), zmin=low, zmax=high)
+        return go.Heatmap(x=x, y=y, z=z, colorbar=colour_bar(go.heatmap.ColorBar, mark.label), zmin=low, zmax=high)
     return _dots(mark)
 
 
@@ -78,7 +79,8 @@ def _line(mark: Line) -> go.Scatter:
 
 
 def _dots(mark: Dots) -> go.Scatter:
-    marker = {"color": packed(mark.value), "size": 7, "showscale": True, "colorbar": colour_bar(mark.label)}
+    bar = colour_bar(go.scatter.marker.ColorBar, mark.label)
+    marker = {"color": packed(mark.value), "size": 7, "showscale": True, "colorbar": bar}
     dots = go.Scatter(x=packed(mark.x), y=packed(mark.y), mode="markers", marker=marker)
     return dots.update(text=mark.notes, hovertemplate="%{text}<extra></extra>") if mark.notes else dots
 

@@ -31,9 +31,9 @@ def tone(name: str) -> str:
     return f"var(--{name})"
 
 
-def colour_bar(label: str, length: float = 1.0) -> dict[str, object]:
+def colour_bar(kind: type[BasePlotlyType], label: str, length: float = 1.0) -> BasePlotlyType:
     """Give a colour scale with its label beside it; ``length`` is a share of the height of the chart."""
-    return {"title": {"text": label, "side": "right"}, "thickness": 12, "outlinewidth": 0, "len": length}
+    return kind(title={"text": label, "side": "right"}, thickness=12, outlinewidth=0, len=length)
 
 
 def as_json(traces: Iterable[BasePlotlyType], layout: BasePlotlyType, views: Mapping[str, object] | None = None) -> str:

@@ -313,14 +313,11 @@ def _surfaces(data: xr.Dataset, names: Sequence[str]) -> str | None:
             )
         )
     camera = {"eye": {"x": -1.6, "y": -1.6, "z": 0.95}, "center": {"x": 0, "y": 0, "z": -0.15}}
-    labels = (*(_label(data, axis) for axis in axes[:2]), "")
-    scene = {f"{axis}axis": _scene_axis(label) for axis, label in zip("xyz", labels, strict=True)}
-    return as_json(surfaces, go.Layout(scene={**scene, "camera": camera}))
-
-
-def _scene_axis(label: str) -> dict[str, object]:
-    lines = {"gridcolor": tone("line"), "zerolinecolor": tone("line")}
-    return {"title": {"text": label}, "backgroundcolor": "rgba(0,0,0,0)", **lines}
+    lines = {"backgroundcolor": "rgba(0,0,0,0)", "gridcolor": tone("line"), "zerolinecolor": tone("line")}
+    first, second, third = (
+        {"title": {"text": label}, **lines} for label in (*(_label(data, axis) for axis in axes[:2]), "")
+    )
+    return as_json(surfaces, go.Layout(scene={"xaxis": first, "yaxis": second, "zaxis": third, "camera": camera}))
 
 
 def _sensitivity(path: Path) -> Plate | None:

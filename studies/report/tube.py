@@ -191,7 +191,7 @@ def _strain_scale(at_mm: Floats, top: float) -> go.Scatter3d:
         cmax=top,
         colorscale=[(i / (len(HEAT) - 1), colour) for i, colour in enumerate(HEAT)],
         showscale=True,
-        colorbar=colour_bar("bending strain, %", 0.7),
+        colorbar=colour_bar(go.scatter3d.marker.ColorBar, "bending strain, %", 0.7),
     )
     return go.Scatter3d(x=x, y=y, z=z, mode="markers", hoverinfo="skip", marker=marker)
 
