@@ -7,7 +7,6 @@ See :mod:`validation.engines.workshop_score`.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -82,12 +81,6 @@ def workshop_rig(seed: int | tuple[int, ...]) -> tuple[Rig, LoadProgram]:
         bend = min(bend, OPEN * float(joints.of("closure_angle_rad").min()) * count)
     amplitude = float(joints.first.arms_mm.a * bend)
     return rig, triangle(amplitude, step_mm=amplitude / QUARTER_SAMPLES)
-
-
-def workshop_rigs(count: int, seed: int) -> Iterator[tuple[Rig, LoadProgram]]:
-    """Draw so many rigs; each depends on its own number and the seed alone."""
-    for number in range(count):
-        yield workshop_rig((seed, number))
 
 
 def workshop_wrist(seed: int | tuple[int, ...]) -> tuple[RigInSpace, list[list[float]]]:
