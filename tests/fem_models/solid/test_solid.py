@@ -35,7 +35,7 @@ from fem_models.solid.mesh import snr_mesh
 from fem_models.solid.strain import bent_chain, equivalent, nodal_strain, peak_strain, principal, strain
 from fem_models.view import SceneError
 from fem_models.view.solid import as_meshio, draw_strain
-from validation.joints.richardson import richardson
+from validation.joints.checks.richardson import richardson
 
 YOUNG, POISSON = 60e3, 0.33
 SHEAR = YOUNG / (2 * (1 + POISSON))

@@ -2,7 +2,7 @@
 
 Tubes of 1 to 8 mm with walls of 4 to 15 %, 4 to 24 notches of all three shapes, alike or each its own, one tendon or
 two, preload 0.1 to 80 N, bends of 10 to 60 deg. Some have a toe region, a superelastic metal, closure, backlash.
-See :mod:`validation.engines.workshop_score`.
+See :mod:`validation.engines.checks.workshop_score`.
 """
 
 from __future__ import annotations
