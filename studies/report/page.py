@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from plotly.offline import get_plotlyjs
 
 from hysteresis.attempts import attempt
 from hysteresis.files import inside, present, write_files
@@ -59,7 +58,6 @@ from studies.results.wrist import FILE as WRIST
 
 PAGE = "report.html"
 REACH = WORKSPACE_FILES[0]
-TEMPLATES = Path(__file__).parent / "template"
 PARTS = (
     "run.json",
     WRIST,
@@ -156,9 +154,6 @@ class Page:
     versions: Mapping[str, str]
     views: tuple[str, ...]
     six_names: Mapping[str, str]
-    plotly: str
-    style: str
-    script: str
 
 
 def stands_alone(folder: Path) -> bool:
@@ -185,7 +180,7 @@ def write_report(folder: Path) -> Path:
 
 def page_text(folder: Path, found: Page) -> str:
     """Give the page of what was read from a folder, HTML."""
-    templates = environment(TEMPLATES)
+    templates = environment()
     here, given = shlex.quote(str(folder)), {one.command for one in found.made}
     templates.filters["here"] = lambda command: (
         command if command in given else re.sub(r"\bDIR\b", lambda _: here, command)
@@ -297,9 +292,6 @@ def page_of(folder: Path) -> Page:
         versions=next((found for found in versions if found), {}),
         views=tuple(VIEWS),
         six_names=NAMES,
-        plotly=get_plotlyjs(),
-        style=_text("style.css"),
-        script=_text("page.js"),
         **vars(parts),
     )
 
@@ -344,10 +336,6 @@ def _made(parts: _Parts) -> list[Made | None]:
     out += [one.result.made for one in parts.compensations] + [one.result.made for one in parts.followed]
     out += [] if parts.study is None else [parts.study.made]
     return out + ([] if parts.design is None else [parts.design.result.made])
-
-
-def _text(name: str) -> str:
-    return (TEMPLATES / name).read_text(encoding="utf-8")
 
 
 def _title(folder: Path, parts: _Parts) -> str:
