@@ -73,21 +73,6 @@ def errors(measured_deg: ArrayLike, predicted_deg: ArrayLike) -> Errors:
     return Errors(rmse, largest, 100 * largest / span, rmse / span)
 
 
-def signed_mean_fitness(measured_deg: ArrayLike, predicted_deg: ArrayLike) -> float:
-    """Eq. 8 of the paper as printed: the mean of (predicted - measured) / (max - min of measured).
-
-    The mean is signed, so errors of opposite sign cancel: a poor prediction that is above as often as below scores 0.
-    For comparison with the paper only; no fit should minimise it.
-
-    Raises
-    ------
-    ValueError
-        As :func:`errors`.
-    """
-    deviation, span = _deviation(measured_deg, predicted_deg)
-    return float(np.mean(deviation) / span)
-
-
 def _deviation(measured_deg: ArrayLike, predicted_deg: ArrayLike) -> tuple[Floats, float]:
     measured, predicted = _rows("measured_deg", measured_deg, "predicted_deg", predicted_deg)
     span = float(np.ptp(measured))
@@ -218,27 +203,6 @@ def dissipated_area(drive: ArrayLike, angle_deg: ArrayLike, cycle: ArrayLike | N
     """
     x, y, loops = _complete_cycles(drive, angle_deg, cycle)
     return -_lag_sign(x, y) * _mean_integral(x, y, loops)
-
-
-def closed_work_mJ(drive_mm: ArrayLike, force_N: ArrayLike, cycle: ArrayLike | None = None) -> float:
-    """Integrate force over displacement along a closed cycle: the work per cycle, mean of the closed cycles.
-
-    Positive for a loop that dissipates (1 N mm = 1 mJ). Closed cycles are those of :func:`dissipated_area`.
-
-    Parameters
-    ----------
-    drive_mm, force_N
-        Shape (m,): displacement and the force along it.
-    cycle
-        Shape (m,), as :func:`loop_width`.
-
-    Raises
-    ------
-    ValueError
-        No closed cycle, or arrays of different shapes.
-    """
-    x, y, loops = _complete_cycles(drive_mm, force_N, cycle)
-    return _mean_integral(x, y, loops)
 
 
 def _complete_cycles(drive: ArrayLike, value: ArrayLike, cycle: ArrayLike | None) -> tuple[Floats, Floats, list[slice]]:

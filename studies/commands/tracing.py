@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -55,20 +55,6 @@ class Traced:
     program: str | None
     samples: TraceSamples
     in_space: bool = False
-
-
-def require_kept(out: Path, records: Iterable[Path]) -> None:
-    """Refuse a folder in which a trace would replace one of its own records.
-
-    Raises
-    ------
-    RecordError
-        One line with the record.
-    """
-    targets = {place(out / name) for name in FILES}
-    for path in records:
-        if place(path) in targets:
-            raise RecordError(f"{path}: --out {out} would replace it: expected another folder")
 
 
 def trace_files(

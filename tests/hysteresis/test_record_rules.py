@@ -198,12 +198,11 @@ def test_the_width_of_a_loop_is_over_drives_that_both_branches_cover():
     assert metrics._profile(np.array([0.0, 1.0, 0.5, 1.5]), np.zeros(4))[0].tolist() == [0.5, 1.0]
 
 
-def test_the_area_of_a_parallelogram_and_the_work_around_it():
+def test_the_area_of_a_parallelogram():
     """From (0, 0) to (2, 2), (1.96, 3), (-0.04, 1) and back: cross product of (2, 2) and (-0.04, 1)."""
     x, y = np.array([0.0, 2.0, 1.96, -0.04, 0.0]), np.array([0.0, 2.0, 3.0, 1.0, 0.0])
     number = np.ones(5, dtype=int)
     assert metrics.dissipated_area(x, y, number) == pytest.approx(2.08)
-    assert metrics.closed_work_mJ(x, y, number) == pytest.approx(-2.08)
     assert metrics.dissipated_area(x, -y, number) == pytest.approx(2.08)
 
 
