@@ -180,7 +180,7 @@ def with_ending(traced: Traced, ending: str) -> tuple[TraceReport, dict[str, str
 
 
 def limits_of(trace: Trace) -> list[DetectionLimit]:
-    """Give the detection limits of the records; none where named effects leave nothing to find, or nothing is named.
+    """Give the detection limits of the records; none where the named effects have no residual, or nothing is named.
 
     Nor where a reference lacks the amplitude or the rate of the new records, which hides a change.
     """
