@@ -55,12 +55,13 @@ class Published:
 def published() -> tuple[Published, ...]:
     """Give the published tubes."""
     york = Candidate(_TUBES[1.16, 0.86], WIRES[0], 5, 0.979, 0.508, 0.51, 0.0)
-    measured = Candidate(_TUBES[1.62, 1.40], WIRES[2], 5, 1.40, 0.8, 1.2, 0.0)
+    narrow, wide = (Candidate(_TUBES[1.62, 1.40], WIRES[2], 5, 1.40, *cut, 0.0) for cut in ((0.5, 1.5), (0.8, 1.2)))
     return (
         Published("york2015", "York 2015, 144 deg at 4.2 N", york),
         Published("york2015-model", "York 2015, 110 deg at 4.2 N", york),
         Published("middle-ear", "middle ear, 95.4 deg, radius 3 mm", middle_ear()),
-        Published("notched-wrist-150", "wrist '150', 150 deg at 2.06 N", measured),
+        Published("notched-wrist-90", "wrist '90', 93 deg at 1.73 N", narrow),
+        Published("notched-wrist-150", "wrist '150', 150 deg at 2.06 N", wide),
     )
 
 
