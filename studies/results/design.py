@@ -149,3 +149,9 @@ class DesignSummary:
     inputs_sha256: Mapping[str, str]
     seconds: float
     made: Made | None = optional()
+
+    @property
+    def chosen(self) -> FoundDesign | None:
+        """The design that is judged first: the first robust one, else the first; None where there is none."""
+        robust = [one for one in self.designs if one.kind == "robust"]
+        return next(iter(robust or self.designs), None)
