@@ -19,6 +19,8 @@ from studies.results.design import Influence
 
 BLOCKS = 64
 """Blocks of (tolerances + 2) tubes; a power of two, as Sobol's points ask for."""
+RESAMPLES = 100
+"""For the intervals of the indices."""
 CONSTANT = 1e-9
 """Relative spread of a quantity below which it has no indices."""
 
@@ -46,7 +48,7 @@ def influences(task: Task, candidate: Candidate, seed: int, workers: Crew) -> tu
         good = blocks[np.isfinite(blocks).all(axis=1)]
         if len(good) < 4 or np.ptp(good) <= CONSTANT * np.abs(good).max():
             continue
-        result = analysis.analyze(problem, good.ravel(), calc_second_order=False, num_resamples=10, seed=seed)
+        result = analysis.analyze(problem, good.ravel(), calc_second_order=False, num_resamples=RESAMPLES, seed=seed)
         up, down = column[len(z) :].reshape(2, -1)
         each = [
             Influence(
@@ -56,6 +58,7 @@ def influences(task: Task, candidate: Candidate, seed: int, workers: Crew) -> tu
                 change=float(up[k] - down[k]),
                 first=float(result["S1"][k]),
                 total=float(result["ST"][k]),
+                total_within=float(result["ST_conf"][k]),
             )
             for k, one in enumerate(tolerances)
         ]

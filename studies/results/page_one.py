@@ -60,7 +60,8 @@ class ToleranceCost:
 
     ``given`` says the tolerance in words. ``p_all`` is P(all requirements met) with it half as wide. ``change`` is the
     quantity that limits the design, at one standard deviation above the nominal number less that at one below, and
-    ``share`` the total Sobol index of that quantity; None where they are not known.
+    ``share`` the total Sobol index of that quantity, at most 1, with half its 95 % interval ``within``; None where they
+    are not known.
     """
 
     name: str
@@ -68,6 +69,7 @@ class ToleranceCost:
     p_all: float
     change: float | None
     share: float | None
+    within: float | None
 
 
 @dataclass(frozen=True)

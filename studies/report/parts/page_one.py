@@ -81,8 +81,14 @@ def _verdict(judged: Sequence[KeyNumber], missed: Sequence[KeyNumber], *, odds: 
     if missed:
         names = ", ".join(f"{row.name} ({row.met})" for row in missed)
         return f"Do not cut yet: {len(judged) - len(missed)} of {len(judged)} requirements are met. Look at: {names}."
+    few = [row.name for row in judged if row.p_low is not None and row.p_low < (row.p_asked or 0.0)]
+    if few:
+        return (
+            f"By the model, cut a first tube, but draw more before: all {len(judged)} requirements are met, and so few draws "
+            f"(draws in [search]) leave open how surely of: {', '.join(few)}."
+        )
     if odds:
-        return f"By the model, cut it: all {len(judged)} requirements are met, each as surely as was asked."
+        return f"By the model, cut a first tube: all {len(judged)} requirements are met, each as surely as was asked."
     return f"All {len(judged)} requirements are met as drawn; how surely is not known without tolerances."
 
 

@@ -61,9 +61,15 @@ def test_without_a_requirement_there_is_no_verdict(run):
 def test_all_met():
     found = page_one_section(page(BEND), None)
     assert (found.good, found.judged, found.has_odds) == (True, True, True)
-    assert found.verdict == "By the model, cut it: all 1 requirements are met, each as surely as was asked."
+    assert found.verdict == "By the model, cut a first tube: all 1 requirements are met, each as surely as was asked."
     sure_of_nothing = page_one_section(page(replace(BEND, p_met=None)), None)
     assert "how surely is not known" in sure_of_nothing.verdict
+
+
+def test_few_draws_leave_a_verdict_open():
+    found = page_one_section(page(replace(BEND, p_low=0.92, p_asked=0.95)), None)
+    assert "draw more before" in found.verdict
+    assert "Bend" in found.verdict
 
 
 def test_derived_numbers():
