@@ -35,7 +35,10 @@ from studies.notebook.script import require_guarded_script
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from fem_models.rig.in_space import RigInSpace
     from studies.calibrate import Calibration
+    from studies.drawings import DrawingChoice
+    from studies.drawings.written import Drawing
     from studies.export import Target
     from studies.follow import FollowReport
     from studies.notebook.figures import View
@@ -386,53 +389,71 @@ def study(
 
 @checked
 def export(
-    what: RigLike | RecordLike | Fit,
+    what: RigLike | RigInSpace | RecordLike | Fit,
     out: Path | str,
     *,
-    to: Target = "mujoco",
+    to: Target | Drawing = "mujoco",
     amplitude_mm: float = 2.2,
     name: str = "compensator",
     seed: int = 0,
+    cutting: DrawingChoice | None = None,
 ) -> tuple[Path, ...]:
-    """Write a rig as a model of another simulator, or a fit as a compensator; the same as ``notchbend export``.
+    """Write a rig for another simulator or a workshop, or a fit as a compensator; the same as ``notchbend export``.
 
     Parameters
     ----------
     what
-        With ``to="mujoco"`` a rig, the path of its file, or the name of a preset. Else a fit, or a record (or the path
-        of its CSV, or a DataFrame), which is identified with a fitted curve and the law that folds choose.
+        With ``to="mujoco"`` or a drawing a rig, the path of its file, or the name of a preset; a drawing may be of one
+        in space. Else a fit, or a record (or the path of its CSV, or a DataFrame), which is identified with a fitted
+        curve and the law that folds choose.
     out
-        The model file, ``.xml``; the table of the tension at every guide is written next to it. For a compensator a
-        folder, in which ``identify.json`` is written, too. What is there is replaced.
+        The model file, ``.xml``; the table of the tension at every guide is written next to it. A drawing, with the
+        ending of its kind. For a compensator a folder, in which ``identify.json`` is written, too. What is there is
+        replaced.
     to
-        ``"mujoco"``, or ``"c"``, ``"fmu"``, ``"table"`` for a compensator.
+        ``"mujoco"``, or ``"dxf"``, ``"step"``, ``"stl"``, ``"svg"``, ``"pdf"`` for a drawing, or ``"c"``, ``"fmu"``,
+        ``"table"`` for a compensator.
     amplitude_mm
-        Of a rig: largest drive that the model is meant for, mm.
+        Of a model for a simulator: largest drive that it is meant for, mm.
     name
         Of a compensator: name of its files and functions.
     seed
         Of a compensator: of the search, and of the references in its test file.
+    cutting
+        Of a flat pattern, ``"dxf"``: width of the beam, where it points, and the angle of the seam.
 
     Returns
     -------
-    The files: of a rig the model and the table, ``<stem>-guides.csv``.
+    The files: of a model for a simulator the model and the table, ``<stem>-guides.csv``.
 
     Raises
     ------
     ValueError
         An unknown target, or a rig for a compensator.
     RecordError, RigError, SolverError
-        A file that cannot be written, a fit that has no compensator, or a drive that the rig cannot follow.
+        A file that cannot be written, a fit that has no compensator, a drive that the rig cannot follow, or notches
+        that cannot be cut so.
+    MissingError
+        Without the extra ``drawing`` for DXF, ``solid`` for STEP and STL.
 
     Examples
     --------
     >>> model, guides = nb.export("du2018", "du2018.xml", amplitude_mm=2.2)
+    >>> (drawing,) = nb.export("du2018", "du2018.dxf", to="dxf")
     >>> files = nb.export(nb.identify("bench.csv"), "firmware", to="c")
     """
+    from studies.drawings import DRAWINGS, write_drawing
     from studies.export import TARGETS, lacking_compiler, write_compensator, write_model
 
-    if not isinstance(to, str) or to not in TARGETS:
-        raise ValueError(f"to = {quoted(to)}: expected one of {', '.join(TARGETS)}")
+    if not isinstance(to, str) or to not in (*TARGETS, *DRAWINGS):
+        raise ValueError(f"to = {quoted(to)}: expected one of {', '.join((*TARGETS, *DRAWINGS))}")
+    if to == "dxf" or to == "step" or to == "stl" or to == "svg" or to == "pdf":
+        if isinstance(what, Fit | Record):
+            raise ValueError(f"to = {quoted(to)}: of a {type(what).__name__}: expected a rig")
+        rig = as_any_rig(cast("RigLike | RigInSpace", what), "what")
+        return (write_drawing(rig, Path(out), to=to, choice=cutting),)
+    if cutting is not None:
+        raise ValueError(f"cutting: of a flat pattern: expected with to = 'dxf', not {quoted(to)}")
     if to == "mujoco":
         if isinstance(what, Fit | Record):
             raise ValueError(f"to = 'mujoco': of a {type(what).__name__}: expected a rig, or another target")
