@@ -161,7 +161,7 @@ def _made_of(task: Task, one: Candidate, found: FoundDesign) -> Mapping[str, str
     shape = task.space.shape.replace("_", " of a ")
     tolerances = "; ".join(f"{one.name} {one.words}" for one in task.tolerances.each)
     return {
-        "Tube": f"Ø{one.tube.outer_mm:g} outside, Ø{one.tube.inner_mm:g} mm inside ({one.tube.source})",
+        "Tube": f"Ø{one.tube.outer_mm:g} outside, Ø{one.tube.inner_mm:g} mm inside (a size of: {one.tube.source})",
         "Tendon": f"{tendons} x Ø{one.wire.diameter_mm:g} mm{breaks}, its middle {arm:.3g} mm from the axis "
         f"({one.wire.source})",
         "Cut": f"{one.count} notches, {shape}, {one.depth_mm:.3f} mm deep, {one.width_mm:.3f} mm wide, "
