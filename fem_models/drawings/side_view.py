@@ -232,7 +232,9 @@ def _section(axes: Axes, rig: Rig | RigInSpace) -> None:
         place = tendon.moment_arm_mm * np.array([math.sin(math.radians(angle)), math.cos(math.radians(angle))])
         axes.plot(*place, "o", ms=3.5, color=_TENDON)
         axes.text(float(place[0]) + 0.04 * size, float(place[1]) + 0.04 * size, name, color=_TENDON)
-    _across(axes, (0, 0), (0, height), 0.64 * size, f"{_mm(abs(height))}\n{'above' if height > 0 else 'below'}\nthe axis")
+    _across(
+        axes, (0, 0), (0, height), 0.64 * size, f"{_mm(abs(height))}\n{'above' if height > 0 else 'below'}\nthe axis"
+    )
     axes.plot([-0.58 * size, 0.58 * size], [0, 0], color=_SOFT, lw=0.4, ls=(0, (12, 3, 2, 3)))
     axes.plot([0, 0], [-0.58 * size, 0.58 * size], color=_SOFT, lw=0.4, ls=(0, (12, 3, 2, 3)))
     arm = planar.tendon_a.moment_arm_mm

@@ -460,8 +460,9 @@ class Stepper:
             taken = 2.0 * (joint.arms_mm.a if angle > 0 else joint.arms_mm.b) * math.sin(0.5 * abs(angle))
             if math.isinf(joint.closure_angle_rad) and taken > NO_ROOM * length:
                 return (
-                    f": joint {number} is bent to {math.degrees(angle):.3g} deg, where its rings meet along the tendon, "
-                    f"{length:.3g} mm between them at rest: expected a smaller drive, or a longer rig.rigid_gap_mm"
+                    f": joint {number} is bent to {math.degrees(angle):.3g} deg, where its rings meet along the "
+                    f"tendon, {length:.3g} mm between them at rest: expected a smaller drive, or a longer "
+                    "rig.rigid_gap_mm"
                 )
         return ""
 

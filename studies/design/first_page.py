@@ -30,12 +30,12 @@ WORTH = 0.01
 MODEL_DEG = (2.31, 3.51)
 """Error of the tip of a measured wrist, rms, with the metal fitted to another one: docs/validation/wrists.md."""
 MODEL = (
-    f"Model: the compiled chain. With the metal fitted to one measured wrist it gave the tip of another to {MODEL_DEG[0]} "
-    f"and {MODEL_DEG[1]} deg rms; with published constants alone it gave York's wrist 112 deg where 144 deg were measured "
-    "(docs/validation/wrists.md, york2015.md). P(met) does not know these errors."
+    "Model: the compiled chain. With the metal fitted to one measured wrist it gave the tip of another to "
+    f"{MODEL_DEG[0]} and {MODEL_DEG[1]} deg rms; with published constants alone it gave York's wrist 112 deg where "
+    "144 deg were measured (docs/validation/wrists.md, york2015.md). P(met) does not know these errors."
 )
 TOO_STIFF = 4.0
-"""Tip stiffness of the chain over that of the multibody model, at most, where notches are closed: docs/guide/design.md."""
+"""Most of the tip stiffness of the chain over that of the multibody model, notches closed: docs/guide/design.md."""
 CLOSED = (
     "Notches are closed at the required bend. The tip stiffness is too high there, up to four times, because the chain "
     "has no shear of the flexures"
@@ -167,7 +167,8 @@ def _made_of(task: Task, one: Candidate, found: FoundDesign) -> Mapping[str, str
         "Cut": f"{one.count} notches, {shape}, {one.depth_mm:.3f} mm deep, {one.width_mm:.3f} mm wide, "
         f"{one.spacing_mm:.3f} mm of metal between two; kerf {task.space.cutting.kerf_mm:g} mm",
         "Tolerances": tolerances or "none given",
-        "Files": f"{found.rig}; notchbend export --rig {found.rig} --to dxf --out tube.dxf, in the folder of this report",
+        "Files": f"{found.rig}; notchbend export --rig {found.rig} --to dxf --out tube.dxf, "
+        "in the folder of this report",
     }
 
 
@@ -228,8 +229,9 @@ def first_words(found: FoundDesign) -> Iterator[str]:
             most = max(told, key=lambda one: one.total)
             yield (
                 f"{_name(limiting)} leaves the least room of what tolerances change. Most of its spread is from "
-                f"{most.tolerance} (Sobol index {min(most.total, 1.0):.2f}): from one standard deviation below to one above, "
-                f"{most.change:+.2g} {_unit(most.unit)}".rstrip() + "."
+                f"{most.tolerance} (Sobol index {min(most.total, 1.0):.2f}): from one standard deviation below to one "
+                f"above, {most.change:+.2g} {_unit(most.unit)}".rstrip()
+                + "."
             )
 
 
@@ -239,8 +241,8 @@ def _rests_on(task: Task, rig: Rig, measured: Measured) -> Iterator[str]:
     if law is not None:
         metal = f"superelastic Nitinol, {metal}, plateaus {law.plateau_MPa:g} and {law.unloading_plateau_MPa:g} MPa"
     yield (
-        f"Metal and friction: {metal}, capstan coefficient {rig.friction.capstan_coefficient:g}, of the requirement file "
-        "or by default. Bend a sample of your tube before you rely on them."
+        f"Metal and friction: {metal}, capstan coefficient {rig.friction.capstan_coefficient:g}, of the requirement "
+        "file or by default. Bend a sample of your tube before you rely on them."
     )
     room = task.requirements.each[0].margin(measured.bend_deg)
     near = f" The margin of the bend, {room:.3g} deg, is of that size." if 0 <= room < 2 * MODEL_DEG[1] else ""

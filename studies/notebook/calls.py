@@ -457,7 +457,7 @@ def export(
     if to == "mujoco":
         if isinstance(what, Fit | Record):
             raise ValueError(f"to = 'mujoco': of a {type(what).__name__}: expected a rig, or another target")
-        return write_model(as_rig(what, "what"), Path(out), to=to, amplitude_mm=amplitude_mm)
+        return write_model(as_rig(cast("RigLike", what), "what"), Path(out), to=to, amplitude_mm=amplitude_mm)
     if isinstance(what, Rig) or is_rig_name(what):
         raise ValueError(f"to = {quoted(to)}: of a rig: expected a fit or a record")
     settings = replace(OF_THE_COMMAND, seed=seed)

@@ -80,7 +80,9 @@ def designed_verdicts(section: DesignSection, *, alone: bool = True) -> list[Ver
         chance = "" if row.p_met is None else f"; P(met) {row.p_met.value:.3f}, asked {row.confidence:g}"
         good: State = "holds" if row.decision == "met" else "look"
         value = f"{row.value:.4g} {_unit(row.unit)}".rstrip()
-        out.append(Verdict(good, words_of(row.quantity), value, f"{row.decision}: {bounds}{chance}", "designs", command))
+        out.append(
+            Verdict(good, words_of(row.quantity), value, f"{row.decision}: {bounds}{chance}", "designs", command)
+        )
     return out
 
 

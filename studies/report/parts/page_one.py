@@ -84,8 +84,8 @@ def _verdict(judged: Sequence[KeyNumber], missed: Sequence[KeyNumber], *, odds: 
     few = [row.name for row in judged if row.p_low is not None and row.p_low < (row.p_asked or 0.0)]
     if few:
         return (
-            f"By the model, cut a first tube, but draw more before: all {len(judged)} requirements are met, and so few draws "
-            f"(draws in [search]) leave open how surely of: {', '.join(few)}."
+            f"By the model, cut a first tube, but draw more before: all {len(judged)} requirements are met, and so few "
+            f"draws (draws in [search]) leave open how surely of: {', '.join(few)}."
         )
     if odds:
         return f"By the model, cut a first tube: all {len(judged)} requirements are met, each as surely as was asked."

@@ -117,7 +117,7 @@ def test_steps_of_finite_elements(tmp_path):
 
 @pytest.mark.slow
 def test_rings_that_meet_along_the_tendon_are_told_in_one_line():
-    """A flat curve bends one joint alone; by hand, its rings meet at 2 asin(a fifth of the pitch over twice the arm)."""
+    """A flat curve bends one joint alone; its rings meet at 2 asin(pitch / 5 over twice the arm), by hand."""
     rig = replace(BASE, joint=law_of_curve(UP, softening(UP), "a").joint(1, 2.6))
     meet = math.degrees(2 * math.asin(0.2 * 2.6 / (2 * BASE.tendon_a.moment_arm_mm)))
     with pytest.raises(SolverError, match="where its rings meet along the tendon") as error:

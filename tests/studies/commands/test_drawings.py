@@ -113,7 +113,7 @@ def test_python_draws_a_rig_in_space_and_refuses_what_is_no_rig(tmp_path):
         nb.export(record, tmp_path / "r.svg", to="svg")
     with pytest.raises(ValueError, match="cutting: of a flat pattern"):
         nb.export("du2018", tmp_path / "r.xml", cutting=DrawingChoice(0.02))
-    with pytest.raises(nb.RecordError, match="ends in .svg"):
+    with pytest.raises(nb.RecordError, match=r"ends in \.svg"):
         nb.export("du2018", tmp_path / "r.pdf", to="svg")
     with pytest.raises(nb.RigError, match="kerf_mm"):
         nb.export("du2018", tmp_path / "r.svg", to="svg", cutting=DrawingChoice(0.02))

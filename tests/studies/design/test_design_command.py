@@ -5,7 +5,6 @@ import json
 
 import numpy as np
 import pytest
-
 from page_links import dead_references
 
 from fem_models.rig import read_rig
