@@ -406,8 +406,7 @@ def export(
         For a simulator or a drawing a rig, the path of its file, or the name of a preset; a drawing may be of one in
         space. Else a fit, or a record (path, DataFrame), which is identified with the law that folds choose.
     out
-        The model, ``.xml``, with the table of the tension at every guide next to it; the drawing; for a compensator a
-        folder, in which ``identify.json`` is written, too. What is there is replaced.
+        The model, ``.xml``, with the table of the tension at every guide; the drawing; for a compensator a folder.
     to
         ``"mujoco"``; ``"dxf"``, ``"step"``, ``"stl"``, ``"svg"``, ``"pdf"``; ``"c"``, ``"fmu"``, ``"table"``.
     amplitude_mm
@@ -426,8 +425,7 @@ def export(
     ValueError
         An unknown target, or what it is not of.
     RecordError, RigError, SolverError, MissingError
-        A file that cannot be written, a fit without compensator, a drive that the rig cannot follow, notches that
-        cannot be cut so, or an extra that is not installed.
+        What cannot be written, followed or cut so; an extra that is not installed.
 
     Examples
     --------
