@@ -48,6 +48,7 @@ from studies.report.tube import VIEWS
 from studies.results import read_result, trace
 from studies.results.compensation import ENDING
 from studies.results.made import Made
+from studies.results.page_one import FILE as PAGE_ONE
 from studies.results.run import OF_RUNS, RunLoop, RunSummary, read_run, record_of_run
 from studies.results.separation import Separation
 from studies.results.trace import FigureFile, StoredTrace
@@ -70,6 +71,7 @@ PARTS = (
     "pareto.json",
     REACH,
     DESIGN,
+    PAGE_ONE,
 )
 """Results that a page can be made from; any of them is enough."""
 
@@ -304,7 +306,7 @@ def _verdicts(parts: Parts) -> list[Verdict]:
     if parts.front is not None:
         out.append(summary.front_verdict(len(parts.front.rows), parts.front.objectives, parts.study_command))
     if parts.design is not None:
-        out += designed_verdicts(parts.design)
+        out += designed_verdicts(parts.design, alone=parts.page_one is None)
     return out
 
 
@@ -331,6 +333,8 @@ def _title(folder: Path, parts: Parts) -> str:
         return parts.wrist.result.name
     if parts.design is not None:
         return parts.design.result.title
+    if parts.page_one is not None and parts.page_one.result.title is not None:
+        return parts.page_one.result.title
     return study.title if study is not None else folder.resolve().name
 
 
