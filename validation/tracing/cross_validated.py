@@ -279,8 +279,8 @@ def _reported(trace: Trace, also: str = "") -> Trace:
 def judge_by_folds(found: FoundByFolds, words: Sequence[str], *, reference: int = 0, floor: NoiseFloor) -> Trace:
     """Judge what folds have found: their held-out errors decide.
 
-    A change must take :data:`PARTIAL_SHARE` of the whole mean square: what a reference leaves is no noise. Of 30
-    records of surgical tools that had not changed, 12 exceeded it, and of a small rest an effect soon takes much.
+    A change must take :data:`PARTIAL_SHARE` of the whole mean square: the residual of a reference is
+    no noise. Records of an unchanged rig may exceed it, and an effect soon explains much of a small residual.
 
     Parameters
     ----------

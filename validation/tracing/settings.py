@@ -32,8 +32,8 @@ NOT_ALIKE = 0.08
 """Rms residual over half the largest range of the angle: an equivalent rig that is further off did not make the
 records."""
 FAR_BEYOND_CHANCE = 30.0
-"""BIC that one effect must gain where an equivalent rig leaves no more than :data:`SIGNIFICANT` times the noise. In
-twelve practice cases without an effect the best of 23 gained 1 at most (set ``work``)."""
+"""BIC that one effect must gain where the residual of an equivalent rig is at most :data:`SIGNIFICANT` times the noise.
+In twelve cases without an effect the best of 23 gained 1 at most."""
 VERY_STRONG_EVIDENCE = 10.0
 """BIC difference below which effects are not distinguished: very strong evidence starts there (Kass, Raftery 1995, doi
 10.1080/01621459.1995.10476572)."""
@@ -170,9 +170,9 @@ KNOWN_RIG_SAMPLES, LEAST_RECORD_SAMPLES = 4000, 200
 EQUIVALENT_RIG_SAMPLES, REFINED_SAMPLES = 300, 1200
 """Samples of a record that an equivalent rig is fitted to at most, about: in the search, and in the final fit."""
 EQUIVALENT_JOINTS, REFINED_PARTS = 6, 2
-"""Joints of an equivalent rig in the search, and parts of each in the final fit. Between slack tendons of a wrist of 14
-joints, six joints are off by 0.2 of the noise where they are fitted and by 0.5 to 0.7 elsewhere (score-6,
-``tendon_slack`` 06, without its noise)."""
+"""Joints of an equivalent rig in the search, and parts of each in the final fit. Between slack
+tendons of a wrist of 14 joints, six joints are off by 0.2 of the noise where they are fitted, and by 0.5 to 0.7
+elsewhere."""
 CURVE_SAMPLES = 600
 """Samples of a record that the curve is fitted to at most, about; turning points are never left out."""
 PRIOR_WEIGHT = 5e-4
@@ -266,8 +266,8 @@ optimum for each of them at the ends of the smaller records."""
 LOOP_FACTORS, LOOP_FACTORS_FINAL = (0.5, 2.0), (0.5, 1.6)
 """Factors on it, in the search and at its end."""
 MOST_RESTARTS = 2
-"""Times that a fit on a known rig is started again from other loops, after a better one was found from there: a gain of
-the drive went from loops of 7 deg over 4 deg to the true one of 2 deg."""
+"""Times that a fit on a known rig is started again from other loops, after a better one was found from there: a true
+loop may be two factors away."""
 PROMISING = 1.2
 """Rms training error over that of the fit so far: a fit from another starting point that is as near after a few steps
 is continued."""
@@ -317,8 +317,8 @@ AS_DECLARED = 1.1
 along the bend would leave more."""
 NEAR_NOISE = 2.0**0.5
 """Rms residual of a known rig over the noise up to which it is not unexplained, and up to which no effect is named
-beside measured joints: what these are off by makes as much. Beside a lumped rig with 3 % error, wheels and friction
-were named there. Beside an unknown rig one is named up to there if what it leaves is noise."""
+beside measured joints: what these are off by makes as much. Beside an unknown rig one is named up to there
+if its residual is noise."""
 
 # --- smooth functions of the residual, and tests of dependence -------------------------------------------------------
 
@@ -349,11 +349,11 @@ fitted to it."""
 FOLD_CANDIDATES, FOLD_EFFECTS = 5, 2
 """Effects of a stage that go on to the folds, and effects at most that folds may name one after the other."""
 FURTHER_ALIKE = 1
-"""Effects at most that a further effect may be confused with. Small structure of real records that no effect has made
-is taken by several unlike ones; drag and delay are alike by nature."""
+"""Effects at most that a further effect may be confused with. Several effects may explain small structure
+of real records that none of them made; drag and delay are hard to distinguish by nature."""
 FOLD_ALIKE = 1.05
 """Rms error on held-out data over the best candidate's up to which candidates are not distinguished. Bootstrap
-intervals of a few records are too narrow for less: drag and delay of a catheter are 2 % apart."""
+intervals of a few records are too narrow for less."""
 NOT_TOLD = 0.01
 """Part of the squares that an effect takes which another one may leave to count as not distinguished, and least part of
 the baseline's that a further effect takes: real records have structure of that size that no model has."""

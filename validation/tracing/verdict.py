@@ -246,9 +246,9 @@ def is_too_little(trace: Trace) -> bool:
 def left_near_noise(trace: Trace) -> Trace:
     """Take effects of a known rig back whose baseline is near the noise, and which leave more than noise.
 
-    A rig of another make leaves up to :data:`FAR_ABOVE` times the noise. Of clean ones a loss of the loop took half of
-    1.5 times the noise, and slack came to it on what was fitted alone. Measured joints are given no effect up to
-    :data:`NEAR_NOISE` of the fitted samples: wheels of another radius were named there.
+    The residual of a rig of another make is up to :data:`FAR_ABOVE` times the noise without any effect, and effects
+    may explain part of that. Measured joints are given no effect up to :data:`NEAR_NOISE` of the fitted samples, since
+    their own error is as large.
     """
     baseline, floor = trace.baseline, trace.floor.deg
     fitted = baseline.train_rmse_deg
@@ -404,8 +404,7 @@ def partial_above_floor(trace: Trace) -> Trace:
 def _first_alone(trace: Trace) -> Trace | None:
     """Leave a known rig the first of its effects, where it takes :data:`MOST_OF_ERROR` of what is fitted by itself.
 
-    A loss of preload took 6.4 times the noise to 2.3; a further effect took little, five of them alike, and both were
-    taken back for it.
+    A further effect that explains little, and is not distinguished from several others, is no reason against the first.
     """
     single = [c.fitted for c in trace.candidates if len(c.names) == 1 and not implausible(c.fitted)]
     first = min((g for g in single if g.names == trace.names[:1]), key=lambda g: g.train_square, default=None)

@@ -96,12 +96,11 @@ def _from_there(search: Search, best: Fitted, stages: Stages) -> list[Fitted]:
     """Fit other effects in the place of the one that was found, from the baseline beside it.
 
     That baseline is nearer to the rig's own than one that has absorbed the effect, from which a competitor may end in
-    another optimum: a load at the tip had come to the noise, and the weight of the rings, much alike, to twice that.
+    another optimum.
 
-    Of a known rig these are all others where the effect leaves structure near the noise. The right effect leaves none:
-    in practice slack had come to 1.02 times the noise beside stiffening and a play that had ended in another optimum.
-    Else they are those that read nearly the same (:data:`READ_ALIKE`) and are not as good yet: the weight of the rings
-    had come to 0.995 times the noise without structure, and the load at the tip that made the records to 3.
+    Of a known rig these are all others where the residual is near the noise and has structure, since the residual of
+    the right effect has none. Else they are those that are hard to distinguish from it (:data:`READ_ALIKE`) and whose
+    fit is not as good yet.
     """
     policy = search.policy
     if not policy.screened or len(best.names) != 1:
@@ -206,9 +205,8 @@ def _with_one_more(search: Search, front: Sequence[Fitted], smaller: Sequence[Fi
 def _extended(models: Sequence[Fitted], policy: SearchPolicy) -> list[Fitted]:
     """Models to which a further effect is added: the best ones.
 
-    Of an equivalent rig the best that reads unlike them is another one where they read alike. For slack with a play the
-    weight of the rings and a load at the tip came first, so that slack, third and hardly behind, was not given the
-    play, beside which it comes to the noise.
+    Of an equivalent rig, where the best ones are hard to distinguish (:data:`READ_ALIKE`), the best that differs from
+    all of them is another one: the further effect may suit it alone.
     """
     front = [*models[:EXTENDED_MODELS]]
     if policy.absorbs_effects and any(_read_alike(front[0], other) for other in front[1:]):
@@ -233,9 +231,8 @@ def _beside_noise(search: Search, baseline: Fitted) -> tuple[Fitted, Stages]:
 def _with_second_near_noise(search: Search, best: Fitted, stages: Stages) -> tuple[Fitted, Stages]:
     """Add a second effect to a first one that leaves about the noise, but structure, if it takes far more than chance.
 
-    An equivalent rig with one effect absorbs much of another one: of drag and a play of 6 times the noise the drag
-    alone left 1.1 times it, where no second effect had been looked for, and the play gained 1400 of the criterion. What
-    is found must make sense, and leave no structure.
+    An equivalent rig with one effect absorbs much of another one, so that the residual may be near the noise. What is
+    found must make sense, and its residual must have no structure.
     """
     policy = search.policy
     at_noise = best.rmse_deg <= significant_ratio(best, policy) * best.noise.deg
@@ -268,8 +265,8 @@ def _restarted(search: Search, best: Fitted, stages: Stages) -> tuple[Fitted, St
 def _best_of_restarted(search: Search, best: Fitted, stages: Stages) -> tuple[Fitted, Stages]:
     """Fit the best model and its competitors again from other loops, and give the best of those fits.
 
-    An optimum from another loop may be further below than one effect is below another: slack and stiffening were equal
-    before, and far apart once one of them alone had been fitted again.
+    An optimum from another loop may be further below than one effect is below another, so that all of them are fitted
+    again.
     """
     competitors = [
         g for stage in stages for g in stage
@@ -287,8 +284,7 @@ def _best_of_restarted(search: Search, best: Fitted, stages: Stages) -> tuple[Fi
 def _with_restarted_competitors(search: Search, best: Fitted, stages: Stages) -> Stages:
     """Fit models that are nearly as good as the best again from other starting points, where the rig is known.
 
-    The nearest ones by their squares are, too: a gain of the drive had ended at 1.07 times the noise, beside a wheel at
-    0.99 that was no better once the gain was fitted from other loops.
+    The nearest ones by their squares are, too, since a fit of the right effect may have ended in another optimum.
     """
     if not search.policy.along_valley:
         return stages
