@@ -67,8 +67,8 @@ def select_effects(search: Search, baseline: Fitted, smooth: Smooth, *, down_to_
     smooth
         Smooth functions of the baseline's residual.
     down_to_noise
-        Whether the search goes on until the residual is noise, in place of ending where a first effect leaves little
-        structure.
+        Whether the search goes on until the residual is noise, in place of ending where the residual of a first effect
+        has little structure.
     """
     best, stages = _forward(search, baseline, smooth, down_to_noise=down_to_noise)
     several = search.policy.absorbs_effects and len(best.names) > 1
@@ -162,8 +162,9 @@ def _nested(search: Search, baseline: Fitted, best: Fitted, stages: Stages) -> S
 def _forward(search: Search, baseline: Fitted, smooth: Smooth, *, down_to_noise: bool) -> tuple[Fitted, Stages]:
     """Add one effect after the other to the best models.
 
-    A first effect may leave some structure, because few models are exact. A baseline that absorbs effects hides a good
-    part of a second one, so that it is followed to the noise once its effect is better than smooth functions.
+    The residual of a first effect may have some structure, because few models are exact. A baseline that absorbs
+    effects hides a good part of a second one, so that it is followed to the noise once its effect is better than smooth
+    functions.
     """
     policy = search.policy
     if policy.absorbs_effects and nothing_to_explain(baseline, policy):
@@ -215,13 +216,13 @@ def _extended(models: Sequence[Fitted], policy: SearchPolicy) -> list[Fitted]:
 
 
 def _read_alike(one: Fitted, other: Fitted) -> bool:
-    """Whether two models differ by one effect, for which the other one has an effect that reads nearly the same."""
+    """Whether two models differ by one effect, for which the other one has one that is hard to distinguish from it."""
     changed = [set(a.names) - set(b.names) for a, b in ((one, other), (other, one))]
     return all(len(names) == 1 for names in changed) and any(set.union(*changed) <= set(n) for n in READ_ALIKE)
 
 
 def _beside_noise(search: Search, baseline: Fitted) -> tuple[Fitted, Stages]:
-    """Add one effect to a baseline that leaves no more than noise, if it takes far more than chance would let it."""
+    """Add one effect to a baseline whose residual is noise, if it explains far more than chance would."""
     models = _with_one_more(search, [baseline], [baseline])
     if models and is_beyond_chance(baseline, models[0], search.policy):
         return models[0], [models]
@@ -229,7 +230,7 @@ def _beside_noise(search: Search, baseline: Fitted) -> tuple[Fitted, Stages]:
 
 
 def _with_second_near_noise(search: Search, best: Fitted, stages: Stages) -> tuple[Fitted, Stages]:
-    """Add a second effect to a first one that leaves about the noise, but structure, if it takes far more than chance.
+    """Add a second effect where the residual of the first is near the noise, with structure, if it is beyond chance.
 
     An equivalent rig with one effect absorbs much of another one, so that the residual may be near the noise. What is
     found must make sense, and its residual must have no structure.
