@@ -12,18 +12,19 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 from scipy.optimize.elementwise import find_root
 
-from fem_models.analytic.unequal_joints import Bending, bend_at_drive
+from fem_models.analytic.unequal_joints import Bending, bend_at_drive, bend_to_angle
 from fem_models.joint import JointMechanics, joint_mechanics
 from fem_models.joint.hardening import beyond_linear_rad
 from fem_models.load import LoadProgram
 from fem_models.load.run_record import simulated_record
 from fem_models.rig import Rig, RigError
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
-from fem_models.rig.rig import EFFECT_TABLES
-from fem_models.rig.tendon_law import tendon_tension_N
+from fem_models.rig.rig import EFFECT_TABLES, Tendon
+from fem_models.rig.tendon_law import tendon_stretch_mm, tendon_tension_N
 from hysteresis.arrays import Floats
 from hysteresis.records.record import Record
 
@@ -42,6 +43,29 @@ class TheoryCurve(NamedTuple):
     angle_deg: Floats
     tension_a_N: Floats
     tension_b_N: Floats
+
+
+@dataclass(frozen=True)
+class InverseFit:
+    """theta_sum as a polynomial of the tip's position across the tube, for equal joint angles.
+
+    Call it with ``y_mm`` (any shape); it returns theta_sum in rad. ``coefficients`` are those of a Chebyshev series
+    in y / ``y_limit_mm``; ``max_residual_deg`` is the largest error found inside the fitted range.
+    """
+
+    coefficients: tuple[float, ...]
+    y_limit_mm: float
+    max_residual_deg: float
+
+    def __call__(self, y_mm: ArrayLike) -> Floats:
+        """Bending angle, rad, at the position ``y_mm`` of the tip; ValueError outside the fitted range."""
+        y = np.asarray(y_mm, dtype=float)
+        outside = ~(np.abs(y) <= self.y_limit_mm * (1 + 1e-12))
+        if outside.any():
+            raise ValueError(
+                f"y_mm = {y[outside].flat[0]:g}: expected within +-{self.y_limit_mm:g} mm, the fitted range"
+            )
+        return np.asarray(chebyshev.chebval(y / self.y_limit_mm, self.coefficients), dtype=float)
 
 
 def _joint_angles(rig: Rig, joint_angles_rad: ArrayLike) -> Floats:
@@ -83,6 +107,40 @@ def _links(rig: Rig) -> tuple[float, Floats]:
     return middles[0], np.diff(middles, append=centres[-1])
 
 
+def chain_transforms(rig: Rig, joint_angles_rad: ArrayLike) -> Floats:
+    """Frames of the chain in the base frame, homogeneous, shape (..., N + 2, 4, 4): eq. 2, product by product.
+
+    Standard Denavit-Hartenberg links with theta_i, d = 0, alpha = 0 and a = H(i), the rotation before the
+    translation. Frame 0 (after T_b^0) has its origin on joint 1, frame i on joint i + 1; H(N) = 0, so that frame N
+    has its origin on the last joint and the orientation of the last ring; the last frame (after T_N^d) is the tip.
+
+    Parameters
+    ----------
+    joint_angles_rad
+        Shape (..., N), relative rotations, base first.
+
+    Raises
+    ------
+    ValueError
+        If the last axis does not have one angle a joint.
+    """
+    angles = _joint_angles(rig, joint_angles_rad)
+    (first, links), straight = _links(rig), np.zeros(angles.shape[:-1])
+    frames = [_link(straight, first)]
+    for i in range(rig.joints):
+        length = links[i] if i < rig.joints - 1 else 0.0
+        frames.append(frames[-1] @ _link(angles[..., i], length))
+    frames.append(frames[-1] @ _link(straight, links[-1]))
+    return np.stack(frames, axis=-3)
+
+
+def _link(angle: Floats, length: float) -> Floats:
+    """Rot_z(angle) Trans_x(length), shape (..., 4, 4)."""
+    c, s, zero, one = np.cos(angle), np.sin(angle), np.zeros_like(angle), np.ones_like(angle)
+    rows = [[c, -s, zero, length * c], [s, c, zero, length * s], [zero, zero, one, zero], [zero, zero, zero, one]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
 def equal_joints(rig: Rig, theta_sum_rad: ArrayLike) -> Floats:
     """Joint angles, shape (..., N), that share the bending ``theta_sum_rad`` (shape (...)) equally.
 
@@ -95,6 +153,39 @@ def equal_joints(rig: Rig, theta_sum_rad: ArrayLike) -> Floats:
         raise RigError(f"rig {rig.name}: joints that differ do not bend alike: expected equal notches")
     theta = np.asarray(theta_sum_rad, dtype=float)
     return np.repeat(theta[..., None] / rig.joints, rig.joints, axis=-1)
+
+
+def inverse_tip(rig: Rig, limit_deg: float = 60.0, degree: int = 11) -> InverseFit:
+    """Inverse kinematics by the curve fit of the paper (section 2.2): theta_sum from the tip's position y.
+
+    Assumes equal joint angles. ``drive_for_angle_mm(rig, inverse_tip(rig)(y))`` is then the paper's zeta, eq. 3.
+
+    Parameters
+    ----------
+    limit_deg
+        The fit covers -limit_deg..limit_deg.
+    degree
+        Odd degree of the polynomial; the even coefficients vanish because y is odd in the angle.
+
+    Raises
+    ------
+    ValueError
+        If y does not grow with the angle over the whole range (beyond about 130 deg it returns), or the degree is
+        not odd.
+    """
+    if degree < 1 or degree % 2 == 0:
+        raise ValueError(f"degree = {degree}: expected an odd number of at least 1")
+    limit = math.radians(limit_deg)
+    dense = np.linspace(-limit, limit, 2001)
+    y = tip_pose(rig, equal_joints(rig, dense)).y_mm
+    if not (limit > 0 and (np.diff(y) > 0).all()):
+        raise ValueError(f"limit_deg = {limit_deg:g}: expected a range in which the tip's y grows with the angle")
+    nodes = limit * chebyshev.chebpts1(8 * degree)
+    y_limit = float(y[-1])
+    fit = chebyshev.chebfit(tip_pose(rig, equal_joints(rig, nodes)).y_mm / y_limit, nodes, degree)
+    fit[::2] = 0.0
+    residual = np.abs(chebyshev.chebval(y / y_limit, fit) - dense).max()
+    return InverseFit(tuple(fit.tolist()), y_limit, math.degrees(residual))
 
 
 @dataclass(frozen=True)
@@ -205,6 +296,57 @@ def path_shortening_mm(rig: Rig, theta_sum_rad: ArrayLike, moment_arm_mm: float)
     theta, equal = np.asarray(theta_sum_rad, dtype=float), _EqualJoints(rig, joint_mechanics(rig))
     equal.require_open(theta)
     return equal.path_mm(theta, moment_arm_mm)
+
+
+def drive_for_angle_mm(rig: Rig, theta_sum_rad: ArrayLike) -> Floats:
+    """Drive that bends the manipulator by ``theta_sum_rad``, x = xi(theta_sum) of eq. 3, without friction.
+
+    Path of the tendons plus their stretch, in static equilibrium with the flexures: all alike, or each its own way
+    where notches differ (:mod:`fem_models.analytic.unequal_joints`).
+
+    Parameters
+    ----------
+    theta_sum_rad
+        Any shape; the result has the same.
+
+    Raises
+    ------
+    ValueError
+        Beyond the angle at which the notches close.
+    RigError
+        If a tendon has no arm about the neutral axis that bends the manipulator towards it (one-sided notches), or is
+        absent.
+    """
+    if rig.tendon_b is None:
+        raise RigError(f"rig {rig.name}: one tendon: expected two, or there is no drive for every angle")
+    if not rig.joint.alike:
+        return _in_shape(theta_sum_rad, bend_to_angle(rig, np.ravel(theta_sum_rad)).drive_mm)
+    theta, equal = np.asarray(theta_sum_rad, dtype=float), _EqualJoints(rig, joint_mechanics(rig))
+    equal.require_open(theta)
+    inside, preload, arms = rig.length_mm, rig.preload_N, equal.joint.arms_mm
+    rest = np.asarray(equal.rest_rad)
+    path_a = equal.path_mm(theta, arms.a) - equal.path_mm(rest, arms.a)
+    path_b = equal.path_mm(-theta, arms.b) - equal.path_mm(-rest, arms.b)
+    arm_a, arm_b = equal.path_arm_mm(theta, arms.a), equal.path_arm_mm(-theta, arms.b)
+    if not ((arm_a > 0).all() and (arm_b > 0).all()):
+        raise RigError(
+            f"rig {rig.name}: moment arms about the neutral axis {arms.a:g} and {arms.b:g} mm: expected both above "
+            "0, or there is no drive for every angle"
+        )
+    resistance = np.abs(equal.resistance_Nmm(theta))
+
+    def bound(tendon: Tendon, path: Floats, other: Floats, arm: Floats, other_arm: Floats) -> Floats:
+        # a drive at which this tendon surely wins: the other one is at its preload at most
+        needed = np.maximum((preload * other_arm + resistance) / arm, preload)
+        return np.maximum(path, -other) + tendon_stretch_mm(tendon, needed, preload, inside)
+
+    high = bound(rig.tendon_a, path_a, path_b, arm_a, arm_b)
+    low = -bound(rig.tendon_b, path_b, path_a, arm_b, arm_a)
+    margin = 1e-9 * (1 + np.abs(high) + np.abs(low))  # either end may be the root itself, give or take rounding
+    root = find_root(lambda drive, angle: equal.imbalance(angle, drive), (low - margin, high + margin), args=(theta,))
+    if not np.all(root.success):
+        raise RigError(f"theta: no drive of rig {rig.name} found for {theta[~root.success].flat[0]:g} rad")
+    return np.asarray(root.x)
 
 
 def angle_for_drive_rad(rig: Rig, drive_mm: ArrayLike) -> Floats:

@@ -31,11 +31,12 @@ _TOLERANCE = 1e-12
 
 
 class Bending(NamedTuple):
-    """Equilibria, one row each: joint angles (m, N), rad, and tensions (m,), N."""
+    """Equilibria, one row each: joint angles (m, N), rad, tensions (m,), N, and drives (m,), mm."""
 
     angles_rad: Floats
     tension_a_N: Floats
     tension_b_N: Floats
+    drive_mm: Floats
 
 
 class _Pull(NamedTuple):
@@ -78,18 +79,19 @@ class _Joints:
         bow = 0.5 * (width / 2 * np.cos(half) - arm * np.sin(half))
         return _Pull(lever, bow, tension, tendon_stiffness_N_per_mm(tendon, tension, self.rig.length_mm))
 
-    def balance(self, angles: Floats, drive: Floats) -> tuple[Floats, Floats]:
-        """Moments left over (m, N), and their slopes by the angles (m, N, N)."""
+    def balance(self, angles: Floats, drive: Floats) -> tuple[Floats, Floats, Floats]:
+        """Moments left over (m, N), their slopes by the angles (m, N, N) and by the drive (m, N)."""
         left = -self.stiffness * (angles - self.row.first.rest_angle_rad)
         slope = np.zeros((*angles.shape, angles.shape[-1]))
-        diagonal = np.broadcast_to(-self.stiffness, angles.shape).copy()
+        diagonal, by_drive = np.broadcast_to(-self.stiffness, angles.shape).copy(), np.zeros_like(angles)
         for side in (1, -1)[: len(self.rig.tendons)]:
             pull = self.pull(side, angles, drive)
             left = left + pull.lever * pull.tension[:, None]
             diagonal += pull.bow * pull.tension[:, None]
             slope -= pull.stiffness[:, None, None] * pull.lever[:, :, None] * pull.lever[:, None, :]
+            by_drive += side * pull.stiffness[:, None] * pull.lever
         slope[:, np.arange(angles.shape[-1]), np.arange(angles.shape[-1])] += diagonal
-        return left, slope
+        return left, slope, by_drive
 
 
 def bend_at_drive(rig: Rig, drive_mm: ArrayLike) -> Bending:
@@ -101,33 +103,65 @@ def bend_at_drive(rig: Rig, drive_mm: ArrayLike) -> Bending:
         Where no equilibrium is found, or a notch closes.
     """
     drive = np.atleast_1d(np.asarray(drive_mm, dtype=float))
+    return _solved(rig, drive, None)
+
+
+def bend_to_angle(rig: Rig, theta_sum_rad: ArrayLike) -> Bending:
+    """Equilibria at bendings of the whole manipulator, shape (m,); two tendons.
+
+    Raises
+    ------
+    RigError
+        As :func:`bend_at_drive`.
+    """
+    theta = np.atleast_1d(np.asarray(theta_sum_rad, dtype=float))
+    return _solved(rig, np.zeros_like(theta), theta)
+
+
+def _solved(rig: Rig, drive: Floats, theta: Floats | None) -> Bending:
+    """Find equilibria by Newton's method, at drives, or at bendings ``theta`` with the drives unknown."""
     joints, n = _Joints(rig, joint_row(rig)), rig.joints
     angles = np.full((drive.size, n), joints.row.first.rest_angle_rad)
+    if theta is not None:
+        angles = np.repeat(theta[:, None] / n, n, axis=1)
+        arm = float(np.abs(joints.row.of("arms_mm")[:, 0]).mean())
+        drive = arm * (theta - n * joints.row.first.rest_angle_rad)
     scale = float(joints.stiffness.max())
-    left, slope = joints.balance(angles, drive)
+    left, slope, by_drive = joints.balance(angles, drive)
     for _ in range(_ITERATIONS):
         size = np.abs(left).max(axis=1)
         if (size <= _TOLERANCE * scale).all():
             break
-        turn = np.asarray(np.linalg.solve(slope, -left[:, :, None])[:, :, 0])
+        turn, wind = _step(left, slope, by_drive, bordered=theta is not None)
         largest = np.maximum(np.abs(turn).max(axis=1), 1e-300)
         part = np.minimum(1.0, _LARGEST_RAD / largest)
         downhill = (left * turn).sum(axis=1)  # the slope of the energy along the step, its sign turned
         for _ in range(_HALVINGS):
-            trial = joints.balance(angles + part[:, None] * turn, drive)
+            trial = joints.balance(angles + part[:, None] * turn, drive + part * wind)
             worse = (trial[0] * turn).sum(axis=1) < -_UPHILL * np.abs(downhill)
             worse &= size > _TOLERANCE * scale
             if not worse.any():
                 break
             part = np.where(worse, 0.5 * part, part)
-        angles = angles + part[:, None] * turn
-        left, slope = trial
+        angles, drive = angles + part[:, None] * turn, drive + part * wind
+        left, slope, by_drive = trial
     else:
         worst = int(np.abs(left).max(axis=1).argmax())
         raise RigError(f"rig {rig.name}: no equilibrium found near a drive of {drive[worst]:g} mm")
     _require_open(joints, angles)
     pulls = [joints.pull(side, angles, drive).tension for side in (1, -1)[: len(rig.tendons)]]
-    return Bending(angles, pulls[0], pulls[1] if len(pulls) == 2 else np.zeros_like(pulls[0]))
+    return Bending(angles, pulls[0], pulls[1] if len(pulls) == 2 else np.zeros_like(pulls[0]), drive)
+
+
+def _step(left: Floats, slope: Floats, by_drive: Floats, *, bordered: bool) -> tuple[Floats, Floats]:
+    """Newton's step of angles and drives; bordered by the condition that the sum of the angles stays."""
+    if not bordered:
+        return np.asarray(np.linalg.solve(slope, -left[:, :, None])[:, :, 0]), np.zeros(len(left))
+    m, n = left.shape
+    matrix = np.zeros((m, n + 1, n + 1))
+    matrix[:, :n, :n], matrix[:, :n, n], matrix[:, n, :n] = slope, by_drive, 1.0
+    step = np.linalg.solve(matrix, np.concatenate([-left, np.zeros((m, 1))], axis=1)[:, :, None])[:, :, 0]
+    return np.asarray(step[:, :n]), np.asarray(step[:, n])
 
 
 def _require_open(joints: _Joints, angles: Floats) -> None:

@@ -1,6 +1,7 @@
 """Kinematics and theoretical curve, against closed forms and explicit geometry."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,7 +11,10 @@ from hypothesis import strategies as st
 from fem_models.analytic import simulate_analytic, theory_curve
 from fem_models.analytic.kinematics import (
     angle_for_drive_rad,
+    chain_transforms,
+    drive_for_angle_mm,
     equal_joints,
+    inverse_tip,
     path_shortening_mm,
     tip_pose,
 )
@@ -46,25 +50,6 @@ PAPER_DRIVE = np.linspace(-2.2, 2.2, 45)
 
 def with_tendons(rig: Rig, **fields: float) -> Rig:
     return replace(rig, tendon_a=replace(rig.tendon_a, **fields), tendon_b=replace(rig.tendon_b, **fields))
-
-
-def chain_transforms(rig: Rig, angles: np.ndarray) -> np.ndarray:
-    """Eq. 2 product by product, shape (..., N + 2, 4, 4): Denavit-Hartenberg links, theta_i, d = 0, alpha = 0, a = H.
-
-    Frame i has its origin on joint i + 1, frame N on the last joint, in the orientation of the last ring; the last
-    frame is the tip. Equal notches: half a pitch from base and tip.
-    """
-
-    def link(angle: np.ndarray, length: float) -> np.ndarray:
-        c, s, zero, one = np.cos(angle), np.sin(angle), np.zeros_like(angle), np.ones_like(angle)
-        rows = [[c, -s, zero, length * c], [s, c, zero, length * s], [zero, zero, one, zero], [zero, zero, zero, one]]
-        return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-
-    frames, straight = [link(np.zeros(angles.shape[:-1]), rig.pitch_mm / 2)], np.zeros(angles.shape[:-1])
-    for i in range(rig.joints):
-        frames.append(frames[-1] @ link(angles[..., i], rig.pitch_mm if i < rig.joints - 1 else 0.0))
-    frames.append(frames[-1] @ link(straight, rig.pitch_mm / 2))
-    return np.stack(frames, axis=-3)
 
 
 def test_tip_of_the_straight_tube():
@@ -109,8 +94,37 @@ def test_transforms_agree_with_the_tip_and_are_rigid():
 
 
 def test_a_wrong_number_of_joints_is_refused():
-    with pytest.raises(ValueError, match=r"joint_angles_rad: shape \(13,\): expected \(..., 14\)"):
-        tip_pose(V, np.zeros(13))
+    for call in (tip_pose, chain_transforms):
+        with pytest.raises(ValueError, match=r"joint_angles_rad: shape \(13,\): expected \(..., 14\)"):
+            call(V, np.zeros(13))
+
+
+def test_inverse_fit_returns_the_angle_within_a_hundredth_of_a_degree():
+    fit = inverse_tip(V, limit_deg=60)
+    theta = np.radians(np.linspace(-60, 60, 777))
+    back = fit(tip_pose(V, equal_joints(V, theta)).y_mm)
+    worst = np.degrees(np.abs(back - theta).max())
+    assert worst <= 0.01
+    assert worst < 1e-4  # docs/theory/analytic-model.md
+    assert worst <= fit.max_residual_deg * (1 + 1e-6)
+    assert fit.max_residual_deg == pytest.approx(worst, rel=0.05)
+
+
+def test_inverse_fit_improves_with_the_degree():
+    residuals = [inverse_tip(V, degree=d).max_residual_deg for d in (3, 5, 7, 9, 11)]
+    assert all(b < 0.2 * a for a, b in pairwise(residuals))  # geometric: y(theta) is analytic
+
+
+def test_inverse_fit_refuses_values_outside_its_range():
+    fit = inverse_tip(V, limit_deg=60)
+    with pytest.raises(ValueError, match=r"y_mm = 30: expected within \+-17"):
+        fit([0.0, 30.0])
+    with pytest.raises(ValueError, match="y_mm = nan"):
+        fit(np.nan)
+    with pytest.raises(ValueError, match="limit_deg = 150: expected a range in which"):
+        inverse_tip(V, limit_deg=150)
+    with pytest.raises(ValueError, match="degree = 4: expected an odd number"):
+        inverse_tip(V, degree=4)
 
 
 @pytest.mark.parametrize("rig", [V, WRIST])
@@ -151,15 +165,23 @@ def test_path_is_r_theta_to_first_order():
 def test_with_rigid_tendons_the_drive_is_the_path():
     theta = np.linspace(-0.8, 0.8, 9)
     bench = with_tendons(MEASURED, EA_N=1e12)
+    np.testing.assert_allclose(drive_for_angle_mm(bench, theta), 2.62 * theta, atol=1e-9)
     np.testing.assert_allclose(angle_for_drive_rad(bench, 2.62 * theta), theta, atol=1e-9)
     # Across real notches both paths get shorter by 2 N g (1 - cos(t/2)), so the released tendon falls slack and the
     # drive is the exact path of the pulled one: 2 N r sin(t/2) and that even part, which changes sign with the side.
     tube = with_tendons(V, EA_N=1e12)
     odd, even = 2 * 14 * 2.62 * np.sin(theta / 28), 2 * 14 * 0.6 * (1 - np.cos(theta / 28))
     expected = odd + np.sign(theta) * even
+    np.testing.assert_allclose(drive_for_angle_mm(tube, theta), expected, atol=1e-7)  # K theta/r over 1e12 N/186 mm
     curve = theory_curve(tube, expected)
     np.testing.assert_allclose(np.radians(curve.angle_deg), theta, atol=1e-7)
     assert (np.minimum(curve.tension_a_N, curve.tension_b_N)[theta != 0] == 0).all()
+
+
+def test_with_flexures_without_stiffness_the_drive_is_the_path():
+    soft = replace(MEASURED, joint=MeasuredJoint(14, 2.6, 1e-9))
+    theta = np.linspace(-0.8, 0.8, 9)
+    np.testing.assert_allclose(drive_for_angle_mm(soft, theta), 2.62 * theta, atol=1e-9)
 
 
 def test_taut_linear_tendons_meet_the_closed_form():
@@ -171,6 +193,7 @@ def test_taut_linear_tendons_meet_the_closed_form():
     np.testing.assert_allclose(np.radians(curve.angle_deg), expected, atol=1e-14)
     np.testing.assert_allclose(curve.tension_a_N, 20 + k * (drive - r * expected), atol=1e-11)
     np.testing.assert_allclose(curve.tension_a_N + curve.tension_b_N, 40, atol=1e-11)
+    np.testing.assert_allclose(drive_for_angle_mm(MEASURED, expected), drive, atol=1e-12)
 
 
 def test_slack_tendon_meets_the_closed_form():
@@ -182,6 +205,7 @@ def test_slack_tendon_meets_the_closed_form():
     expected = r * (2.0 + k * drive) / (chain + k * r**2)
     np.testing.assert_allclose(np.radians(curve.angle_deg), expected, atol=1e-14)
     assert (curve.tension_b_N == 0).all()
+    np.testing.assert_allclose(drive_for_angle_mm(rig, expected), drive, atol=1e-12)
 
 
 @pytest.mark.parametrize("toe", [0.0, 30.0])
@@ -215,11 +239,12 @@ tendons = st.builds(
 
 @settings(max_examples=40)
 @given(tendons, tendons, st.floats(1, 40), st.sampled_from([V, MEASURED]))
-def test_angle_grows_with_the_drive(a, b, preload, rig):
+def test_angle_grows_with_the_drive_and_is_inverted_by_it(a, b, preload, rig):
     rig = replace(rig, tendon_a=a, tendon_b=b, preload_N=preload)
     drive = np.linspace(-2.5, 2.5, 26)
     theta = angle_for_drive_rad(rig, drive)
     assert (np.diff(theta) > 0).all()
+    np.testing.assert_allclose(drive_for_angle_mm(rig, theta), drive, atol=1e-9)
 
 
 @settings(max_examples=20)
@@ -251,6 +276,7 @@ def test_unequal_arms_bend_the_rig_at_zero_drive():
 def test_results_have_the_shape_of_the_argument():
     drive = np.linspace(-1, 1, 6).reshape(2, 3)
     assert angle_for_drive_rad(V, drive).shape == (2, 3)
+    assert drive_for_angle_mm(V, np.zeros((2, 3))).shape == (2, 3)
     assert angle_for_drive_rad(V, 0.5).shape == ()
 
 
@@ -258,6 +284,16 @@ def test_results_have_the_shape_of_the_argument():
 def test_a_drive_that_closes_the_notches_is_refused(drive):
     with pytest.raises(ValueError, match=f"drive_mm = {drive:g}: expected a drive that bends rig test within"):
         angle_for_drive_rad(V, [0.0, drive])
+
+
+def test_an_angle_that_closes_the_notches_is_refused():
+    with pytest.raises(ValueError, match="theta = 400 deg: expected within"):
+        drive_for_angle_mm(V, np.radians(400.0))
+
+
+def test_a_tendon_without_an_arm_has_no_drive_for_every_angle():
+    with pytest.raises(RigError, match=r"moment arms about the neutral axis 1.30166 and -0.101661 mm: expected both"):
+        drive_for_angle_mm(WRIST, 0.1)
 
 
 def test_record_of_the_analytic_engine():
