@@ -40,6 +40,8 @@ CLOSED = (
     "Notches are closed at the required bend. The tip stiffness is too high there, up to four times, because the chain "
     "has no shear of the flexures"
 )
+WIRE_PERCENT = 1.0
+"""Strain of a wire from which the page speaks of it: steel wire of 2,000 MPa yields there."""
 LIFE = (
     "Cycles are the lower end of a 95 % interval from published tests of Nitinol, with an assumed exponent: no test of "
     "this tube."
@@ -180,8 +182,8 @@ def _surely(found: FoundDesign) -> str:
     if p is None:
         return "No tolerances were given: how many tubes meet the requirements is not known."
     return (
-        f"{100 * p.value:.3g} % of {p.draws:,} drawn tubes meet all of it (95 % interval {100 * p.low:.3g} to "
-        f"{100 * p.high:.3g} %)."
+        f"{100 * p.value:.3g} % of {p.draws:,} tubes simulated with these tolerances meet all of it (95 % interval "
+        f"{100 * p.low:.3g} to {100 * p.high:.3g} %; errors of the model not counted)."
     )
 
 
@@ -244,6 +246,7 @@ def _rests_on(task: Task, rig: Rig, measured: Measured) -> Iterator[str]:
         f"Metal and friction: {metal}, capstan coefficient {rig.friction.capstan_coefficient:g}, of the requirement "
         "file or by default. Bend a sample of your tube before you rely on them."
     )
+    required = task.requirements.names
     room = task.requirements.each[0].margin(measured.bend_deg)
     near = f" The margin of the bend, {room:.3g} deg, is of that size." if 0 <= room < 2 * MODEL_DEG[1] else ""
     yield MODEL + near
@@ -254,6 +257,12 @@ def _rests_on(task: Task, rig: Rig, measured: Measured) -> Iterator[str]:
         yield f"Taken as exact, because no tolerance was given: {', '.join(exact)}."
     if measured.closing_bend_deg < task.use.bend_deg:
         yield f"{CLOSED}{_divided(task, measured)}."
+    if measured.tendon_strain_percent > WIRE_PERCENT and "tendon_strain_percent" not in required:
+        yield (
+            "The tendon counts as a cable without bending stiffness. A solid wire of its diameter would be strained by "
+            f"{measured.tendon_strain_percent:.2g} % at the required bend: take a stranded one, or require a "
+            "tendon_strain_percent."
+        )
     if task.use.life is None and rig.superelastic is not None:
         yield LIFE
 

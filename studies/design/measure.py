@@ -171,9 +171,8 @@ def measure(rig: Rig, wire: Wire, use: Use, model: Callable[[Rig], Bender] = Cha
             "tendon_margin": wire.breaking_N / tension if tension > 0 else math.inf,
             "drive_mm": branch.at(bend, branch.drive_mm),
         }
-        below = branch.strain[branch.bend_deg <= bend]
-        at_bend = max(abs(branch.at(bend, column)) for column in branch.strain.T)
-        found["peak_strain_percent"] = 100 * max(float(np.abs(below).max(initial=0.0)), at_bend)
+        path = (rig.length_mm - found["drive_mm"]) / math.radians(bend)
+        found["tendon_strain_percent"] = 100 * 0.5 * wire.diameter_mm / path if path > 0 else math.inf
         found |= _cycle(rig, bender, found["drive_mm"], use)
         found |= _tip(rig, bender, found["drive_mm"], use, model)
     return Measured(**found)
@@ -211,8 +210,11 @@ def _closing(branch: Followed, joints: JointRow) -> float:
 
 
 def _cycle(rig: Rig, bender: Bender, drive: float, use: Use) -> dict[str, float]:
-    """Run a cycle to the required bend and back: to the other side, too, with two tendons."""
-    if not {"loop_width_deg", "alternating_strain_percent", "cycles"} & use.wanted:
+    """Run a cycle to the required bend and back: to the other side, too, with two tendons.
+
+    Beyond that bend another fibre may be the most strained one, so that the strain is of this run alone.
+    """
+    if not {"loop_width_deg", "peak_strain_percent", "alternating_strain_percent", "cycles"} & use.wanted:
         return {}
     up = np.linspace(0.0, drive, SAMPLES)
     back = np.linspace(drive, 0.0 if rig.tendon_b is None else -drive, SAMPLES)
@@ -224,6 +226,7 @@ def _cycle(rig: Rig, bender: Bender, drive: float, use: Use) -> dict[str, float]
     amplitude, mean = float(ranges[worst]), float(0.5 * (fibres[:, worst].max() + fibres[:, worst].min()))
     return {
         "loop_width_deg": float((run.bend_deg[low : high + 1] - run.bend_deg[high:][::-1]).max()),
+        "peak_strain_percent": 100 * float(np.abs(run.strain).max()),
         "alternating_strain_percent": 100 * amplitude,
         "cycles": life_of(rig, amplitude, mean, use.life).low,
     }

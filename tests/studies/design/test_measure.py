@@ -107,3 +107,30 @@ def test_multibody_model_gives_the_same_quantities():
     bodies = measure(NITINOL, WIRE, use(60.0, tension=8.0, wanted=ALL), lambda rig: SolverBender(rig, solve_multibody))
     for name in QUANTITIES:
         assert bodies.of(name) == pytest.approx(chain.of(name), rel=0.02), name
+
+
+def test_the_largest_strain_is_that_of_the_worst_fibre_at_the_required_bend():
+    """Half the range of a cycle from rest is half of it; further pulling strains the other side of the flexure more."""
+    rig = Rig(
+        name="closed slots",
+        joint=NotchedTube(Tube(1.26, 1.1), Notch("rectangular", 5, 1.16, 0.39, 0.155)),
+        material=Material(62.9, 0.33),
+        tendon_a=Tendon(14000.0, 0.4, 100.0),
+        tendon_b=None,
+        wheel=Wheel(10.0),
+        preload_N=0.0,
+        superelastic=Superelastic(plateau_modulus_GPa=0.87),
+        closure=Closure(1000.0),
+        friction=Friction(capstan_coefficient=0.3),
+    )
+    found = measure(rig, WIRE, use(90.0, tension=4.0, wanted=ALL))
+    joint = joint_row(rig).first
+    expected = max(joint.outer_fibres_per_rad) * math.radians(found.notch_angle_deg)
+    assert found.peak_strain_percent == pytest.approx(100 * expected, rel=0.03)  # but for the thrust
+    assert found.peak_strain_percent == pytest.approx(2 * found.alternating_strain_percent, rel=0.02)
+
+
+def test_a_solid_wire_is_strained_by_its_radius_over_that_of_its_path():
+    found = measure(ELASTIC, WIRE, use(60.0))
+    path = (found.length_mm - found.drive_mm) / math.radians(60.0)
+    assert found.tendon_strain_percent == pytest.approx(100 * 0.05 / path)
