@@ -1,4 +1,4 @@
-"""A single notched ring (SNR) by quadratic Timoshenko elements, as in the paper: the rotation of a joint in its eq. 1.
+"""A single notched ring (SNR) by quadratic Timoshenko elements, as in the paper: eq. 1, and the force for an angle.
 
 The paper is Mech. Sci. 9 (2018), "Hysteresis analysis of a notched continuum manipulator driven by tendon", section 2.
 """
@@ -9,8 +9,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from fem_models.joint.flexure import elasticity
+from fem_models.joint.mechanics import joint_mechanics
 from fem_models.joint.section import section
 from fem_models.rig import Rig
 from fem_models.rig.rig import notched_tube
@@ -103,3 +105,33 @@ def _beam_stiffness(rig: Rig, nodes: Floats) -> Floats:
     for e in range(n):
         stiffness[4 * e : 4 * e + 6, 4 * e : 4 * e + 6] += blocks[e]
     return stiffness
+
+
+def theta_sum(rig: Rig, force_N: ArrayLike, n_elements: int | None = None) -> Floats:
+    """Bending of the manipulator under the force of tendon a alone, g(F_T) of the paper's eq. 1, rad.
+
+    Every joint carries the moment F * arm: no friction, and the arm does not change with the angle.
+
+    Parameters
+    ----------
+    force_N
+        Any shape; the result has the same.
+    n_elements
+        Elements of an arc (2 as in the paper); None for the converged stiffness of :func:`flexure`.
+
+    Raises
+    ------
+    RigError
+        With ``n_elements`` for measured joints, which have no section.
+    """
+    force, joint = np.asarray(force_N, dtype=float), joint_mechanics(rig)
+    if n_elements is None:
+        compliance = 1 / joint.flexure.bending_Nmm_per_rad
+    else:
+        compliance = element_rotations(rig, 1.0, n_elements=n_elements).theta_kd_rad
+    return rig.joints * compliance * joint.arms_mm.a * force
+
+
+def force_for_angle(rig: Rig, theta_sum_rad: ArrayLike, n_elements: int | None = None) -> Floats:
+    """Force of tendon a, N, that bends the manipulator by ``theta_sum_rad``: the inverse of :func:`theta_sum`."""
+    return np.asarray(theta_sum_rad, dtype=float) / theta_sum(rig, 1.0, n_elements)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
+from scipy.optimize import brentq
 
 from fem_models.chain.solve import ChainCase, ChainSolution, chain_case, followed, tip_angle_deg, tip_mm
 from fem_models.joint import JointRow, joint_row
@@ -15,7 +16,8 @@ from fem_models.joint.strain import peak_strain
 from fem_models.joint.strain_life import Life, StrainLife, nitinol_life
 from fem_models.load import LoadProgram
 from fem_models.multibody.quasi_static import MultibodySolution
-from fem_models.rig import Rig
+from fem_models.rig import Rig, RigError
+from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import TipLoad
 from fem_models.rig.rig import notched_tube
 from hysteresis.arrays import Floats
@@ -32,6 +34,10 @@ FINE = np.array([0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2])
 """Shares of the drive, beyond it, at which a load of the tip is balanced again."""
 PROBE = 0.05
 """Tip load that stiffness and tip force are taken from, over the tension times the arm over the length."""
+MORE_DRIVE = 1.5
+"""Drive under a tip force at most, over that without."""
+HELD = 0.01
+"""Accuracy of a tip force that is searched for, and of the tension under it, relative."""
 
 
 @dataclass(frozen=True)
@@ -244,7 +250,9 @@ def life_of(rig: Rig, amplitude: float, mean: float, own: StrainLife | None) -> 
 def _tip(rig: Rig, bender: Bender, drive: float, use: Use, model: Callable[[Rig], Bender]) -> dict[str, float]:
     """Take force and stiffness across the tip from a run with a small load against the bend there.
 
-    The load is there from the start, so that the guides slide. Its influence on tension and tip is taken as linear.
+    The load is there from the start, so that the guides slide. Its influence on the tip is taken as linear. So is that
+    on the tension, where the tube with that load still comes to the bend; else the force is searched for, because a
+    closed notch holds a small load without more tension, and opens under a large one.
     Both runs have the same samples, close to each other beyond the drive: what is compared is small.
     """
     if not {"tip_force_N", "tip_stiffness_N_per_mm"} & use.wanted:
@@ -261,5 +269,25 @@ def _tip(rig: Rig, bender: Bender, drive: float, use: Use, model: Callable[[Rig]
     room = use.tension_N - tension
     return {
         "tip_stiffness_N_per_mm": load / moved if moved > 0 else math.inf,
-        "tip_force_N": load * room / more if more > 0 and math.isfinite(room) else math.nan,
+        "tip_force_N": _held_N(rig, load * room / more, drive, use, model)
+        if more > 0 and math.isfinite(room)
+        else math.nan,
     }
+
+
+def _held_N(rig: Rig, most_N: float, drive: float, use: Use, model: Callable[[Rig], Bender]) -> float:
+    """Largest force across the tip, up to ``most_N``, against which a tube comes to the required bend."""
+    path = np.concatenate([np.linspace(0.0, drive, SAMPLES)[:-1], drive * np.linspace(1.0, MORE_DRIVE, SAMPLES)])
+
+    def spare_N(force_N: float) -> float:
+        """Tension that is left at the bend; none where the tube does not come there."""
+        try:
+            run = model(replace(rig, tip_load=TipLoad(force_N, use.bend_deg - 90.0))).follow(path).rising()
+        except (RigError, SolverError):
+            return -use.tension_N
+        reached = run.bend_deg[-1] >= use.bend_deg and run.at(use.bend_deg, run.drive_mm) <= use.drive_mm
+        return use.tension_N - run.at(use.bend_deg, run.tension_N) if reached else -use.tension_N
+
+    if most_N <= 0 or spare_N(most_N) >= -HELD * use.tension_N or spare_N(0.0) <= 0:
+        return most_N
+    return float(brentq(spare_N, 0.0, most_N, rtol=HELD, xtol=HELD * most_N))

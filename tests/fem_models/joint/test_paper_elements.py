@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from notched_rigs import PAIR, WRIST, YOUNG, V, make_rig
 
-from fem_models.joint.flexure import beam
-from fem_models.joint.paper_elements import element_rotations
+from fem_models.joint.flexure import beam, flexure
+from fem_models.joint.paper_elements import element_rotations, force_for_angle, theta_sum
 from fem_models.joint.section import section
 from fem_models.rig import Rig
 
@@ -67,6 +69,18 @@ def test_lateral_error_of_the_two_elements_of_the_paper():
     # docs/theory/analytic-model.md
     lateral = element_rotations(V, 0.0, shear_N=1.0).lateral_mm * beam(V).shear_N_per_mm - 1
     assert 100 * lateral == pytest.approx(-18.9, abs=0.05)
+
+
+def test_theta_sum_adds_the_joints():
+    # 20 N on an arm of 2.62 mm at each of 14 joints
+    assert float(theta_sum(V, 20.0)) == pytest.approx(14 * 20 * 2.62 / flexure(V).bending_Nmm_per_rad)
+    two = element_rotations(V, 20 * 2.62)
+    assert float(theta_sum(V, 20.0, n_elements=2)) == pytest.approx(14 * (two.theta_k_rad + two.theta_d_rad))
+
+
+@given(st.floats(-100, 100), st.sampled_from([None, 2, 4]))
+def test_force_for_angle_inverts_theta_sum(force, n_elements):
+    assert float(force_for_angle(V, theta_sum(V, force, n_elements), n_elements)) == pytest.approx(force, abs=1e-12)
 
 
 @pytest.mark.parametrize("n_elements", [0, 1, 3])
