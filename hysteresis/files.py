@@ -225,6 +225,20 @@ def require_place(path: Path) -> None:
         raise RecordError(f"{folder}: cannot be written to: {expected}")
 
 
+def require_kept(out: Path, files: Iterable[Path], sources: Iterable[Path]) -> None:
+    """Refuse a folder ``out`` whose files, ``files``, would replace one of the sources.
+
+    Raises
+    ------
+    RecordError
+        One line with the source.
+    """
+    targets = {place(path) for path in files}
+    for path in sources:
+        if place(path) in targets:
+            raise RecordError(f"{path}: --out {out} would replace it: expected another folder")
+
+
 def write_files(files: Mapping[Path, str | bytes]) -> None:
     """Write texts, as UTF-8, and bytes, all or none: all are staged in their folders before any is replaced.
 

@@ -22,9 +22,9 @@ _PDF_END = f"\n% {MAKER}\n".encode()
 _UNIT_END = f"made by {MAKER}".encode()
 """Comment at the end of the archive of a unit of co-simulation."""
 _HEADERS = re.compile(
-    rb"(?:drive,angle_deg,f_alone_deg,predicted_deg,|drive_mm,branch,angle_deg,tendon,guide,|(?:[\w.]+,)*[\w.]+_low(?:_deg)?,[\w.]+_median(?:_deg)?,[\w.]+_high|reference_deg,drive_\w+\s|angle_deg,rising_\w+,falling_\w+,angle_mdeg,)"
+    rb"(?:drive,angle_deg,f_alone_deg,predicted_deg,|drive_mm,branch,angle_deg,tendon,guide,|(?:[\w.]+,)*[\w.]+_low(?:_deg)?,[\w.]+_median(?:_deg)?,[\w.]+_high|reference_deg,drive_\w+\s|angle_deg,rising_\w+,falling_\w+,angle_mdeg,|design,tube\.)"
 )
-"""Headers of the tables of a fit, of guides, of ranges over an ensemble, of a compensator; no measurement has them."""
+"""Headers of tables: of a fit, guides, ranges over an ensemble, a compensator, designs; no measurement has them."""
 _MODEL = re.compile(rf"<mujoco[^>]*>\s*<!-- [^>]*made by {MAKER}".encode())
 """Head of a model for another simulator."""
 _DRAWINGS = {
@@ -36,7 +36,7 @@ _DRAWINGS = {
 """Heads of drawings of a rig."""
 _SVG = f"<dc:title>made by {MAKER}</dc:title>".encode()
 _RIG = f"# made by {MAKER}\n".encode()
-"""Head of a rig file that was imported."""
+"""Head of a rig file that was imported or designed."""
 _SOURCE = re.compile(rf"/\* [\w.]+: made by {MAKER} ".encode())
 """Head of a compensator in C."""
 

@@ -17,7 +17,7 @@ from fem_models.rig import Rig, RigError
 from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.of_record import bends_in_space, declared_rig_of
 from hysteresis import Fit
-from hysteresis.files import RecordError, place, write_files
+from hysteresis.files import RecordError, require_kept, write_files
 from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.messages import quoted
 from hysteresis.own import marked_values
@@ -223,8 +223,7 @@ def _identified(path: Path, out: Path, replacing: Overwrite, common: Common) -> 
     from studies.commands.identification import files_of_fit, identify_records, write_fit
 
     files = files_of_fit(out, "identify", 1)
-    if place(path) in {place(one) for one in files}:
-        raise RecordError(f"{path}: --out {out} would replace it: expected another folder")
+    require_kept(out, files, [path])
     replacing.allow(files)
     record = read_record(path)
     settings = IdentifySettings(law="auto", seed=common.seed)

@@ -63,11 +63,16 @@ class _CountColumn(ProgressColumn):
 
 
 def count_of(task: Task) -> str:
-    """Give count and share in words: ``3 of 12 (25 %)``, ``3`` of an unknown number, or nothing."""
+    """Give count and share in words: ``3 of 12 (25 %)``, ``3`` of an unknown number, or nothing.
+
+    A task with the field ``left`` also says how long the rest takes at the pace of the last half minute.
+    """
     if task.total is None:
         return f"{task.completed:g}" if task.completed else ""
     unit = f" {task.fields['unit']}" if task.fields.get("unit") else ""
-    return f"{task.completed:g} of {task.total:g}{unit} ({task.percentage:.0f} %)"
+    known = f"{task.completed:.0f} of {task.total:.0f}{unit} ({task.percentage:.0f} %)"
+    rest = task.time_remaining if task.fields.get("left") and not task.finished else None
+    return known if rest is None else f"{known}, {rest:.0f} s left"
 
 
 @contextmanager

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from closed_branch import branch_closed_form
 
 from fem_models.analytic import theory_curve
 from fem_models.chain.solve import ChainSettings, simulate_chain, solve_chain
@@ -21,7 +22,7 @@ from fem_models.rig.joints import Notch
 from fem_models.rig.rig import Friction, with_notch
 from fem_models.rig.rig_file import read_rig
 from hysteresis import Fit, identify
-from hysteresis.laws.bouc_wen import BoucWen, branch_closed_form, hysteresis
+from hysteresis.laws.bouc_wen import BoucWen, hysteresis
 from hysteresis.records.metrics import LoopWidth, errors, loop_width
 from hysteresis.records.record import Record
 from hysteresis.records.record_file import read_record, write_record

@@ -43,7 +43,7 @@ def good(tmp_path_factory):
                        "time_s": [0.0, 1.0, 2.0], "settings": QUICK},
         "study": {"file": study, "out": folder / "out", "workers": 1, "retry": False, "progress": False},
         "export": {"what": rig, "out": folder / "m.xml", "to": "mujoco", "amplitude_mm": 0.2, "name": "compensator",
-                   "seed": 0},
+                   "seed": 0, "cutting": None},
         "follow": {"records": [record] * 6, "at": [0, 1, 2, 3, 4, 5], "axis": "day", "reference_count": 3,
                    "limits": {"width": 1.5}, "trace": False},
         "calibrate": {"rig": rig, "amplitude_mm": 1.0, "noise_deg": 0.05, "error_deg": None, "speed_mm_per_s": 0.5,

@@ -15,11 +15,11 @@ import notchbend as nb
 from fem_models.rig import Rig
 from fem_models.rig.of_record import rig_of
 from hysteresis.own import marked_values
+from studies.bench_record import SHIPPED
 from studies.commands import separation
 from studies.commands.cli import call
 from studies.engines import ENGINES
 from studies.report import write_report
-from validation.practice.bench_record import SHIPPED
 
 ROOT = Path(__file__).parents[1]
 HEAVY = ("exudyn", "pyvista", "gmsh", "matplotlib", "pandas", "xarray", "zarr", "distributed", "typer", "cma", "skfem")

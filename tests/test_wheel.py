@@ -15,6 +15,8 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = ("hysteresis", "fem_models", "validation", "studies")
 SOURCES = ("pyproject.toml", "README.md", "LICENSE", "notchbend.py", "notchbend_start.py", *PACKAGES)
 EXAMPLE = re.search(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.S)[1]
+EVIDENCE = re.compile(r"validation/(layer|measured|practice|\w+/checks)/")
+"""What only pages, tests and benchmarks run, and `notchbend practice`: not in the wheel."""
 DATA = (
     "hysteresis/py.typed",
     "studies/app/app.css",
@@ -24,8 +26,8 @@ DATA = (
     "studies/report/template/page.js",
     "studies/report/template/style.css",
     "studies/sweep/ready/preload.toml",
-    "validation/practice/records/bench-like-20N.csv",
-    "validation/practice/records/bench-like-20N.toml",
+    "studies/records/bench-like-20N.csv",
+    "studies/records/bench-like-20N.toml",
 )
 
 
@@ -75,8 +77,22 @@ def test_wheel_has_the_front_door_and_the_data(wheel: Path) -> None:
     assert "notchbend.py" in names
     assert set(DATA) <= set(names)
     rooms = {path.relative_to(ROOT).as_posix() for top in PACKAGES for path in (ROOT / top).rglob("*.py")}
-    assert rooms <= set(names)
-    assert not [name for name in names if name.startswith(("tests/", "docs/", "benchmarks/"))]
+    evidence = {room for room in rooms if EVIDENCE.match(room)}
+    assert evidence
+    assert rooms - evidence <= set(names)
+    assert not [name for name in names if name.startswith(("tests/", "docs/", "benchmarks/")) or EVIDENCE.match(name)]
+
+
+def test_what_ships_imports_no_evidence() -> None:
+    """The command ``practice`` alone does, and says what is missing."""
+    files = [path for top in PACKAGES for path in (ROOT / top).rglob("*.py")]
+    shipped = [path for path in files if not EVIDENCE.match(path.relative_to(ROOT).as_posix())]
+    found = [
+        path.relative_to(ROOT).as_posix()
+        for path in shipped
+        if re.search(r"(from|import) validation\.(layer|measured|practice|\w+\.checks)\b", path.read_text())
+    ]
+    assert found == ["studies/commands/practice.py"]
 
 
 @pytest.mark.slow
@@ -94,7 +110,7 @@ def test_package_data_is_found_from_the_wheel(python: Path, tmp_path: Path) -> N
     code = (
         "import notchbend as nb\n"
         "from pathlib import Path\n"
-        "from validation.practice.bench_record import SHIPPED\n"
+        "from studies.bench_record import SHIPPED\n"
         "from studies.sweep.study_file import read_study\n"
         "print(nb.read_record(SHIPPED), read_study(Path('preload')).title)\n"
         "print(nb.study('two.toml', 'out', workers=1).report.read_text().count('</section>'))\n"
@@ -108,3 +124,7 @@ def test_package_data_is_found_from_the_wheel(python: Path, tmp_path: Path) -> N
     assert first.startswith("Record(")
     assert int(sections) > 0
     assert "du2018" in run(python.parent / "notchbend", "simulate", "--help", cwd=tmp_path)
+    command = (python.parent / "notchbend", "practice", "export", "--out", "cases")
+    refused = subprocess.run([*map(str, command)], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (refused.returncode, refused.stderr.count("\n")) == (2, 1)
+    assert "validation/practice is not installed" in refused.stderr

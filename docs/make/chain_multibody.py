@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from docs.make.pages import DOCS, put_between_marks, table
-from validation.engines.chain_multibody import ChainAgreement, comparisons
+from validation.engines.checks.chain_multibody import ChainAgreement, comparisons
 
 PAGE = DOCS / "validation" / "twins.md"
 _HEAD = [

@@ -7,8 +7,8 @@ from concurrent.futures import ProcessPoolExecutor
 import numpy as np
 
 from docs.make.pages import DOCS, put_between_marks, table
+from validation.measured.tendon_coverage import coverage
 from validation.measured.tendon_robot import FIXED
-from validation.separation.tendon_coverage import coverage
 
 PAGE = DOCS / "validation" / "tendon-robot.md"
 PAIRS = 40

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import json
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +17,7 @@ from fem_models.joint.section import section
 from fem_models.multibody import solve_multibody
 from fem_models.rig.rig import notched_tube
 from hysteresis.arrays import Floats
+from hysteresis.files import write_files
 from studies.design.design_file import DesignFile, read_design
 from studies.design.evaluation import Evaluated, Task, evaluate
 from studies.design.influence import influences
@@ -55,12 +58,13 @@ class Published:
 def published() -> tuple[Published, ...]:
     """Give the published tubes."""
     york = Candidate(_TUBES[1.16, 0.86], WIRES[0], 5, 0.979, 0.508, 0.51, 0.0)
-    measured = Candidate(_TUBES[1.62, 1.40], WIRES[2], 5, 1.40, 0.8, 1.2, 0.0)
+    narrow, wide = (Candidate(_TUBES[1.62, 1.40], WIRES[2], 5, 1.40, *cut, 0.0) for cut in ((0.5, 1.5), (0.8, 1.2)))
     return (
         Published("york2015", "York 2015, 144 deg at 4.2 N", york),
         Published("york2015-model", "York 2015, 110 deg at 4.2 N", york),
         Published("middle-ear", "middle ear, 95.4 deg, radius 3 mm", middle_ear()),
-        Published("notched-wrist-150", "wrist '150', 150 deg at 2.06 N", measured),
+        Published("notched-wrist-90", "wrist '90', 93 deg at 1.73 N", narrow),
+        Published("notched-wrist-150", "wrist '150', 150 deg at 2.06 N", wide),
     )
 
 
@@ -312,13 +316,21 @@ def small_table(subset: Probability, brute: Probability) -> tuple[str, str]:
 
 
 def main(out: Path = Path("results/design-example"), workers: int = 2) -> None:
-    """Compute everything, and write the tables."""
+    """Compute everything, and write the tables; what an ended run has computed is taken from its files in ``out``."""
     with crew(workers) as team:
-        wrists = [wrist_row(one, team) for one in published()]
-        checked = robust(out, team, workers)
-        subset, brute = small(SMALL_N, team)
-        told, better = depth_rows(team)
-    write(wrists, robust_tables(checked), small_table(subset, brute), told, better)
+        wrists = [_kept(out, one.file, partial(wrist_row, one, team)) for one in published()]
+        checked = _kept(out, "robust", lambda: robust_tables(robust(out, team, workers)))
+        rare = _kept(out, "small", lambda: small_table(*small(SMALL_N, team)))
+        told, better = _kept(out, "depth", lambda: depth_rows(team))
+    write(wrists, checked, rare, told, better)
+
+
+def _kept(out: Path, name: str, work: Callable[[], Any]) -> Any:
+    """Give a part of the tables, texts, computed or as it is stored."""
+    path = out / f"part-{name}.json"
+    if not path.is_file():
+        write_files({path: json.dumps(work())})
+    return json.loads(path.read_text(encoding="utf-8"))
 
 
 def write(

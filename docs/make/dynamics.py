@@ -8,7 +8,7 @@ import numpy as np
 
 from docs.make.pages import DOCS, table, template
 from hysteresis.files import write_files
-from validation.engines.dynamics import AMPLITUDE_MM, DRAG, DynamicComparison, comparisons
+from validation.engines.checks.dynamics import AMPLITUDE_MM, DRAG, DynamicComparison, comparisons
 
 PAGE = DOCS / "validation" / "dynamics.md"
 _HEAD = [

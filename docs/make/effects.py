@@ -43,22 +43,29 @@ def _section(effect: Effect) -> str:
     rows += [_row("known, in space", form.parameters, form.needs) for form in effect.space_forms]
     distinguished = textwrap.fill(f"*Distinguished by.* {effect.distinguished_by}", _WIDTH, break_long_words=False)
     physics = textwrap.fill(effect.physics, _WIDTH, break_long_words=False, break_on_hyphens=False)
-    parts = [f"## {effect.name}", physics, distinguished, table(["geometry", "parameters", "needs"], rows)]
+    parts = [f"## {effect.name}", physics, distinguished, table(["geometry", "parameters", "needs"], _once(rows))]
     return "\n\n".join([*parts, *_plausible(effect)])
 
 
+def _once(rows: Sequence[list[str]]) -> list[list[str]]:
+    """Rows without repetitions: forms of a parameter that is free on either side have the same row."""
+    return [*{tuple(row): row for row in rows}.values()]
+
+
 def _plausible(effect: Effect) -> list[str]:
-    """Ranges outside of which a fit is shown and not named, each once, with its reason."""
-    forms = [("known", f) for f in (*effect.rig_forms, *effect.space_forms)]
-    forms += [("unknown", f) for f in effect.curve_forms]
-    there = [(p.name, p.sensible, rig) for rig, form in forms for p in form.parameters if p.sensible is not None]
+    """Ranges outside of which a fit is shown and not named, parameters of one range and reason in a line."""
+    free = [("known", p) for form in (*effect.rig_forms, *effect.space_forms) for p in form.parameters]
+    free += [("unknown", p) for form in effect.curve_forms for p in form.parameters]
+    there = [(p.name, p.sensible, rig) for rig, p in free if p.sensible is not None]
     ranges = {name: {_range(sensible) for known, sensible, _ in there if known == name} for name, *_ in there}
-    of_rig = {(name, rig): f", {rig} geometry" if len(ranges[name]) > 1 else "" for name, _, rig in there}
-    words = [(f"`{name}`{of_rig[name, rig]}", sensible) for name, sensible, rig in there]
-    lines = dict.fromkeys(f"{name}: {_range(sensible)} ({sensible.because})." for name, sensible in words)
-    if not lines:
+    named = dict[str, dict[str, None]]()
+    for name, sensible, rig in there:
+        of_rig = f", {rig} geometry" if len(ranges[name]) > 1 else ""
+        named.setdefault(f"{_range(sensible)} ({sensible.because}).", {})[f"`{name}`{of_rig}"] = None
+    if not named:
         return []
-    words = [textwrap.fill(f"- {line}", _WIDTH, subsequent_indent="  ", break_on_hyphens=False) for line in lines]
+    lines = [f"- {', '.join(names)}: {what}" for what, names in named.items()]
+    words = [textwrap.fill(line, _WIDTH, subsequent_indent="  ", break_on_hyphens=False) for line in lines]
     return ["Named only within:", "\n".join(words)]
 
 

@@ -18,17 +18,19 @@ from hysteresis.files import write_files
 from hysteresis.fitting.uncertainty import Parameter
 from validation.measured import measured_folder
 from validation.measured.measured_traces import GROUPS, trace_group
-from validation.tracing.result import EffectReport, TraceReport, in_words
+from validation.tracing.result import EffectReport, MultibodyErrors, TraceReport, in_words
 
 PAGE = DOCS / "validation" / "measured-traces.md"
 HEADING = "## Results"
 
 
 def page(reports: Mapping[str, TraceReport]) -> str:
-    """Markdown of all groups: a table, then each with its verdict, parameters and figure."""
+    """Markdown of all groups: a table, a section each, what was held out, what to measure next."""
     head = ["records", "model", "verdict", "floor, deg", "before, deg", "after, deg", "share explained, %", "s"]
     parts = [table(head, [_row(name, report) for name, report in reports.items()])]
     parts += [_section(name, report) for name, report in reports.items()]
+    parts += ["### What was held out", _by_text({name: report.heldout_by for name, report in reports.items()})]
+    parts += ["### What to measure next", _by_text({name: report.next_experiment for name, report in reports.items()})]
     return "\n\n".join(parts) + "\n"
 
 
@@ -69,17 +71,20 @@ def _section(name: str, report: TraceReport) -> str:
     lines = [
         f"### {name}",
         " ".join(in_words(report)),
-        f"Held out: {report.heldout_by}. Multibody: {_multibody(report)}.",
         *(["Parameters: " + "; ".join(parameters) + "."] if parameters else []),
-        f"Measure next: {report.next_experiment}.",
+        *([f"Multibody: {_multibody(report.multibody)}."] if report.multibody else []),
         f"![Residual of {name} over drive, time, cycle and angle](../images/trace-{name}.png)",
     ]
     return "\n\n".join(lines)
 
 
-def _multibody(report: TraceReport) -> str:
-    if (there := report.multibody) is None:
-        return report.multibody_words
+def _by_text(texts: Mapping[str, str]) -> str:
+    """List texts, each once, with the records that it is of."""
+    names = {text: [f"`{name}`" for name, own in texts.items() if own == text] for text in texts.values()}
+    return "\n".join(f"- {', '.join(of)}: {text}." for text, of in names.items())
+
+
+def _multibody(there: MultibodyErrors) -> str:
     return f"{there.before.rmse_deg:.3g} deg before, {there.after.rmse_deg:.3g} deg after"
 
 

@@ -14,6 +14,7 @@ from fem_models.rig.joints import NOTCH_SHAPES
 from hysteresis.arrays import Floats
 from hysteresis.files import write_files
 from validation.joints import NotchResult
+from validation.joints.checks.richardson import richardson
 from validation.joints.notches import (
     ONE_SIDED_DEPTHS,
     PAIR_DEPTHS,
@@ -26,7 +27,6 @@ from validation.joints.notches import (
     grid,
     solve_all,
 )
-from validation.joints.richardson import richardson
 
 PAGE = DOCS / "validation" / "notches.md"
 TABLE = PAGE.with_suffix(".csv")

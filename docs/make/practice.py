@@ -1,4 +1,7 @@
-"""Puts a score of the tracer into ``docs/validation/practice.md``: ``python -m docs.make.practice DIR/score.json``."""
+"""Puts a score of the tracer, or of hidden changes, into a page.
+
+``python -m docs.make.practice DIR/score.json --page docs/archive/practice-2026.md``
+"""
 
 from __future__ import annotations
 

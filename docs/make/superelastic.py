@@ -10,7 +10,7 @@ from docs.make.pages import DOCS, IMAGES, png, table, template
 from fem_models.rig.rig import notched_tube
 from fem_models.solid.superelastic import HARDENING_SHARE
 from hysteresis.files import write_files
-from validation.joints.superelastic import (
+from validation.joints.checks.superelastic import (
     LAW,
     REFINEMENT,
     CaseResult,

@@ -10,6 +10,8 @@ import numpy as np
 from docs.make.pages import DOCS, IMAGES, png, put_after_heading, table
 from hysteresis.files import write_files
 from validation.measured import measured_folder
+from validation.measured.tendon_fit import NAMES, PARAMETERS, RELATIONS, correlations, experiments
+from validation.measured.tendon_parts import TendonContributions
 from validation.measured.tendon_robot import (
     BASELINE,
     HELD_OUT,
@@ -26,8 +28,6 @@ from validation.measured.tendon_robot import (
 )
 from validation.separation.contributions import PARTS
 from validation.separation.rig_calibration import CORRELATED
-from validation.separation.tendon_fit import NAMES, PARAMETERS, RELATIONS, correlations, experiments
-from validation.separation.tendon_parts import TendonContributions
 
 PAGE = DOCS / "validation" / "tendon-robot.md"
 PICTURE = IMAGES / "tendon-robot.png"

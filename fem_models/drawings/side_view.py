@@ -25,7 +25,9 @@ if TYPE_CHECKING:
 
 INK: Final = "#1c2330"
 _METAL, _SOFT, _DIM, _TENDON = "#dfe4ec", "#8a8f98", "#1f5fa8", "#1b8070"
-_STYLE: dict[Any, Any] = {"font.size": 7.5, "svg.hashsalt": "notchbend", "svg.fonttype": "path", "pdf.fonttype": 42}
+_STYLE: dict[Any, Any] = {"font.size": 8.5, "svg.hashsalt": "notchbend", "svg.fonttype": "path", "pdf.fonttype": 42}
+_PAPER: Final = {"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none"}
+"""Behind the words of a dimension, which may be wider than it."""
 _SIDES = (90.0, 270.0)
 """Angles of the upper and of the lower edge of a view, from the line of sight."""
 _SAMPLES = 24
@@ -230,7 +232,9 @@ def _section(axes: Axes, rig: Rig | RigInSpace) -> None:
         place = tendon.moment_arm_mm * np.array([math.sin(math.radians(angle)), math.cos(math.radians(angle))])
         axes.plot(*place, "o", ms=3.5, color=_TENDON)
         axes.text(float(place[0]) + 0.04 * size, float(place[1]) + 0.04 * size, name, color=_TENDON)
-    _across(axes, (0, 0), (0, height), 0.64 * size, f"cut at {_mm(height)}")
+    _across(
+        axes, (0, 0), (0, height), 0.64 * size, f"{_mm(abs(height))}\n{'above' if height > 0 else 'below'}\nthe axis"
+    )
     axes.plot([-0.58 * size, 0.58 * size], [0, 0], color=_SOFT, lw=0.4, ls=(0, (12, 3, 2, 3)))
     axes.plot([0, 0], [-0.58 * size, 0.58 * size], color=_SOFT, lw=0.4, ls=(0, (12, 3, 2, 3)))
     arm = planar.tendon_a.moment_arm_mm
@@ -280,6 +284,7 @@ def _along(axes: Axes, one: tuple[float, float], other: tuple[float, float], off
         ha="center",
         va="bottom",
         color=_DIM,
+        bbox=_PAPER,
     )
 
 
@@ -292,7 +297,7 @@ def _across(axes: Axes, one: tuple[float, float], other: tuple[float, float], of
     side = math.copysign(1.0, off)
     axes.annotate(
         words, (place, (one[1] + other[1]) / 2), (4 * side, 0), textcoords="offset points", va="center", color=_DIM,
-        ha="left" if side > 0 else "right",
+        ha="left" if side > 0 else "right", bbox=_PAPER,
     )  # fmt: skip
 
 

@@ -30,7 +30,7 @@ from hysteresis.sensors.readings import cleaned
 
 MM = 1e-3  # m
 RATES = 2.0
-"""Least ratio of the speeds of long strokes by which damping is told from friction, which is the same at any speed."""
+"""Least ratio of the speeds of long strokes by which damping is distinguished from friction, the same at any speed."""
 MOST_NOISE = 0.2
 """Noise of the angle over what a drive gives way: the stiffness is then too low by 4 %."""
 CONTROL = {"mm": ("m", MM), "deg": ("rad", math.pi / 180), "step": ("step", 1.0), "N": ("N", 1.0)}
@@ -178,7 +178,7 @@ def _require_rising(record: Record, fit: PlayJoint) -> None:
 
 
 def _told(value: Parameter, values: dict[str, Parameter], name: str) -> str | None:
-    """Keep a value that is told from 0; say why not of another one."""
+    """Keep a value whose interval lies above 0; say why another one is not kept."""
     if value.low is not None and value.low > 0:
         values[name] = value
         return None

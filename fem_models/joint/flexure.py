@@ -7,15 +7,16 @@ manipulator driven by tendon", section 2.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
+from fem_models.joint.half_notch import LEFT, NODES, RIGHT, WEIGHTS, half_notch
 from fem_models.joint.roots import root_length
-from fem_models.joint.section import section
+from fem_models.joint.section import root_section, section
 from fem_models.rig import Rig
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
 from fem_models.rig.rig import Material, notched_tube
@@ -67,7 +68,8 @@ def _kinks(joint: NotchedTube) -> list[float]:
         return []
     half, root = notch.width_mm / 2, (notch.root_width_mm or 0.0) / 2
     wall = (tube.outer_diameter_mm - tube.inner_diameter_mm) / 2
-    return [z for z in (root, half - (half - root) * wall / notch.depth_mm) if 0 < z < half]
+    bore = half - (half - root) * wall / notch.depth_mm  # before the root where the notch ends within the wall
+    return [z for z in (root, max(bore, root)) if 0 < z < half]
 
 
 def _graded_gauss(kinks: list[float]) -> tuple[Floats, Floats]:
@@ -75,15 +77,14 @@ def _graded_gauss(kinks: list[float]) -> tuple[Floats, Floats]:
 
     Each interval is halved repeatedly towards both of its ends, with Gauss points on every part.
     """
-    nodes, weights = np.polynomial.legendre.leggauss(12)
     edges = [kinks[0]]
     for a, b in pairwise(kinks):
-        edges += [a + (b - a) * 0.5**k for k in range(12, 0, -1)]
-        edges += [b - (b - a) * 0.5**k for k in range(2, 25)] + [b]
+        edges += [a + (b - a) * 0.5**k for k in range(LEFT, 0, -1)]
+        edges += [b - (b - a) * 0.5**k for k in range(2, RIGHT + 1)] + [b]
     low, length = np.array(edges[:-1]), np.diff(edges)
     return (
-        (low[:, None] + 0.5 * length[:, None] * (1 + nodes)).ravel(),
-        (0.5 * length[:, None] * weights).ravel(),
+        (low[:, None] + 0.5 * length[:, None] * (1 + NODES)).ravel(),
+        (0.5 * length[:, None] * WEIGHTS).ravel(),
     )
 
 
@@ -94,7 +95,7 @@ def root_length_mm(joint: NotchedTube) -> float:
     through the wall, the arc counts as long as a whole wall of the same area.
     """
     wall = (joint.tube.outer_diameter_mm - joint.tube.inner_diameter_mm) / 2
-    arc = float(section(joint, 0.0).area_mm2) / wall / (1 if joint.one_sided else 2)
+    arc = root_section(joint).area_mm2 / wall / (1 if joint.one_sided else 2)
     return arc * float(root_length(joint.cut.spacing_mm / 2 / arc))
 
 
@@ -132,18 +133,44 @@ def flexure_of_notch(joint: NotchedTube, metal: Elasticity) -> Flexure:
     between = beam_of_notch(joint, metal)
     if joint.notch.rigid_roots:
         return between
-    rigidity = metal.young * float(section(joint, 0.0).second_moment_mm4)
+    rigidity = metal.young * root_section(joint).second_moment_mm4
     bending = 1 / (1 / between.bending_Nmm_per_rad + 2 * root_length_mm(joint) / rigidity)
-    return replace(between, bending_Nmm_per_rad=bending)
+    assert between.axial_N_per_mm is not None
+    return _FlexureOfNotch(joint, metal, bending, between.axial_N_per_mm)
 
 
 @lru_cache(maxsize=1024)
 def beam_of_notch(joint: NotchedTube, metal: Elasticity) -> Flexure:
     """Stiffness of one notch as :func:`beam` has it."""
+    tube, notch = joint.tube, joint.cut
+    half = notch.width_mm / 2
+    if notch.shape == "v_pair":
+        radii = (tube.outer_diameter_mm / 2, tube.inner_diameter_mm / 2)
+        root = (notch.root_width_mm or 0.0) / 2
+        bends, gives = half_notch(radii, float(notch.depth_mm), float(root), float(half), NODES, WEIGHTS)
+    else:
+        at_root = root_section(joint)
+        bends, gives = half / at_root.second_moment_mm4, half / at_root.area_mm2
+    return _FlexureOfNotch(joint, metal, 0.5 * metal.young / bends, 0.5 * metal.young / gives)
+
+
+class _FlexureOfNotch(Flexure):
+    """Stiffness of a notch; that in shear is worked out when it is first asked for: the chain in the plane has none."""
+
+    def __init__(self, joint: NotchedTube, metal: Elasticity, bending: float, axial: float) -> None:
+        offset, own = root_section(joint).neutral_offset_mm, self.__dict__  # the fields are frozen
+        own |= {"bending_Nmm_per_rad": bending, "axial_N_per_mm": axial, "neutral_offset_mm": offset}
+        own |= {"joint": joint, "metal": metal}
+
+    @cached_property
+    def shear_N_per_mm(self) -> float:
+        return _shear_N_per_mm(self.__dict__["joint"], self.__dict__["metal"])
+
+
+@lru_cache(maxsize=1024)
+def _shear_N_per_mm(joint: NotchedTube, metal: Elasticity) -> float:
     z, weights = _graded_gauss([0.0, *_kinks(joint), joint.cut.width_mm / 2])
     s = section(joint, z)
     bend = 1 / (metal.young * s.second_moment_mm4)
     shear = 1 / (s.shear_coefficient * metal.shear * s.area_mm2)
-    half_notch = np.array([bend, z**2 * bend + shear, 1 / (metal.young * s.area_mm2)]) @ weights
-    bending, lateral, axial = (0.5 / half_notch).tolist()
-    return Flexure(bending, lateral, axial, float(section(joint, 0.0).neutral_offset_mm))
+    return float(0.5 / ((z**2 * bend + shear) @ weights))

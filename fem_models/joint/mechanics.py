@@ -10,7 +10,7 @@ from typing import NamedTuple
 from fem_models.joint.flexure import Elasticity, Flexure, beam_of_notch, elasticity, flexure_of_notch
 from fem_models.joint.friction import JenkinsElements, jenkins_elements
 from fem_models.joint.hardening import Hardening
-from fem_models.joint.section import cut_height_mm, section
+from fem_models.joint.section import root_section
 from fem_models.joint.superelastic import FlagFibres, flag_fibres
 from fem_models.joint.superelastic_section import SuperelasticSection, superelastic_section
 from fem_models.rig import Rig
@@ -191,12 +191,12 @@ def joint_mechanics(rig: Rig) -> JointMechanics:
 @lru_cache(maxsize=1024)
 def _of_notch(joint: NotchedTube, metal: Elasticity) -> _Elastic:
     tube, notch = joint.tube, joint.cut
-    flexure, between, root = flexure_of_notch(joint, metal), beam_of_notch(joint, metal), section(joint, 0.0)
-    rigidity, offset = metal.young * float(root.second_moment_mm4), float(root.neutral_offset_mm)
+    flexure, between, root = flexure_of_notch(joint, metal), beam_of_notch(joint, metal), root_section(joint)
+    rigidity, offset = metal.young * root.second_moment_mm4, root.neutral_offset_mm
     v_shaped, lever = notch.shape == "v_pair", tube.outer_diameter_mm / 2 + offset
     bending_length = min(rigidity / between.bending_Nmm_per_rad, notch.width_mm)
     turning_length = bending_length if v_shaped else 2 / 3 * bending_length
-    fibre = opposite = float(cut_height_mm(joint, 0.0)) + offset
+    fibre = opposite = tube.outer_diameter_mm / 2 - notch.depth_mm + offset
     if joint.one_sided:
         opposite = tube.outer_diameter_mm / 2 - offset
     return _Elastic(

@@ -8,10 +8,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from fem_models.joint.half_notch import between_cuts
 from fem_models.joint.segments import below_cut_moments, between_cuts_moments, moments_about
 from fem_models.joint.shear import level_energy, wall_energy
 from fem_models.rig.joints import NotchedTube
@@ -33,6 +36,14 @@ class Section:
     second_moment_mm4: Floats
     shear_coefficient: Floats
     neutral_offset_mm: Floats
+
+
+class Root(NamedTuple):
+    """Cross-section at the root of a notch; fields as of :class:`Section`."""
+
+    area_mm2: float
+    second_moment_mm4: float
+    neutral_offset_mm: float
 
 
 def cut_height_mm(joint: NotchedTube, z_mm: ArrayLike) -> Floats:
@@ -61,6 +72,19 @@ def section(joint: NotchedTube, z_mm: ArrayLike) -> Section:
     outer, inner = joint.tube.outer_diameter_mm / 2, joint.tube.inner_diameter_mm / 2
     sections = (_one_sided if joint.one_sided else _between_pair)(outer, inner, different)
     return Section(*(getattr(sections, field.name)[where].reshape(cut.shape) for field in fields(Section)))
+
+
+@lru_cache(maxsize=1024)
+def root_section(joint: NotchedTube) -> Root:
+    """Cross-section at the root of a notch without its shear coefficient, which costs far more than the rest."""
+    outer, inner = joint.tube.outer_diameter_mm / 2, joint.tube.inner_diameter_mm / 2
+    cut = outer - joint.cut.depth_mm
+    if not joint.one_sided:
+        area, second = between_cuts(outer, inner, float(cut))
+        return Root(area, second, 0.0)
+    area, first, second = below_cut_moments(outer, inner, cut)[:3].tolist()
+    depth = first / area
+    return Root(area, second - depth * first, depth - cut)
 
 
 def _one_sided(outer: float, inner: float, cut: Floats) -> Section:

@@ -130,6 +130,15 @@ def limits_passed(drive: ArrayLike, strain: ArrayLike, limits: tuple[StrainLimit
     return tuple(_first(x, measures[limit.kind], limit) for limit in limits)
 
 
+def largest_strains(strain: Floats) -> dict[str, float]:
+    """Give the largest strain of a whole run by kind of limit: ``largest`` of :func:`limits_passed`, to the last bit.
+
+    ``strain`` has shape (m, N), as there.
+    """
+    top, low = np.maximum(strain.max(axis=0), 0.0), np.minimum(strain.min(axis=0), 0.0)
+    return {"peak": float(np.maximum(top, -low).max()), "alternating": float((0.5 * (top - low)).max())}
+
+
 def _first(drive: Floats, measure: Floats, limit: StrainLimit) -> Passed:
     worst = measure.max(axis=1)
     past = np.flatnonzero(worst > limit.strain)

@@ -7,8 +7,10 @@ Above the strain at which the metal transforms, life follows a line on logarithm
 
     N = N_t (strain_t / amplitude)^(1/c)
 
-with an exponent c of 0.40 to 0.56 (286 instruments in rotating bending; Cheung and Darvell 2007, doi
-10.1111/j.1365-2591.2007.01257.x). Where the amplitude reaches the transformation, N_t is below 1e5 (Tobushi et al., J.
+with an exponent c from 0.40 (286 instruments of four makes in rotating bending; Cheung and Darvell 2007, doi
+10.1111/j.1365-2591.2007.01257.x) to 0.56. The upper end is an assumption: no source of it could be opened. It is taken
+as 0.48 to 0.64, half the range to either side, and each end of the interval of lives is that of the least favourable
+one. Where the amplitude reaches the transformation, N_t is below 1e5 (Tobushi et al., J.
 Eng. Mater. Technol. 120(1), 1998, 64-70; rotating bending to 1e9 cycles says the same: Weaver et al. 2023, doi
 10.1007/s40830-022-00409-7), and temperature and medium move lives by a factor of 5, single instruments of one make by a
 standard deviation of 30 % (Huelsmann et al. 2019, doi 10.1111/iej.13182). So N_t is uniform on a logarithmic scale from
@@ -24,7 +26,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-EXPONENTS = (0.40, 0.56)
+LEAST_EXPONENT = 0.40
+MOST_EXPONENT = 0.56
+ASSUMED = (0.48, 0.64)
+"""Range in which :data:`MOST_EXPONENT` is assumed; it widens the interval of lives, the median is that of 0.56."""
 AT_TRANSFORMATION = (2e4, 1e5)
 SCATTER = 0.30
 """Standard deviation of single lives, over their mean."""
@@ -110,13 +115,22 @@ def nitinol_life(amplitude: float, mean: float, transforms_at: float) -> Life:
     lowest, highest = AT_TRANSFORMATION
     middle = math.sqrt(lowest * highest)
     half = 0.5 * math.log(highest / lowest) * 0.95  # of a uniform logarithm: 95 % of its range
+    other = math.hypot(half, _TWO_SIDED * scatter)
     if amplitude < knee:
-        return _between(amplitude, limit, knee, middle, math.hypot(half, _TWO_SIDED * scatter))
+        return _between(amplitude, limit, knee, middle, other)
     ratio = math.log(amplitude / knee)
-    slopes = [1 / c for c in EXPONENTS]
-    slope, turns = 0.5 * (slopes[0] + slopes[1]), 0.95 * 0.5 * abs(slopes[0] - slopes[1]) * ratio
-    wide = math.sqrt(half**2 + turns**2 + (_TWO_SIDED * scatter) ** 2)
-    median = middle * math.exp(-slope * ratio)
+    lines = [_beyond(ratio, middle, most, other) for most in (ASSUMED[0], MOST_EXPONENT, ASSUMED[1])]
+    return Life(min(one.low for one in lines), lines[1].median, max(one.high for one in lines))
+
+
+def _beyond(ratio: float, at_knee: float, most: float, other: float) -> Life:
+    """Life at an amplitude of exp(ratio) times that of the transformation; the slope is uniform between both exponents.
+
+    ``other`` is half of the logarithm's interval by all else.
+    """
+    slopes = 1 / LEAST_EXPONENT, 1 / most
+    median = at_knee * math.exp(-0.5 * sum(slopes) * ratio)
+    wide = math.hypot(other, 0.95 * 0.5 * abs(slopes[0] - slopes[1]) * ratio)
     return Life(median * math.exp(-wide), median, median * math.exp(wide))
 
 

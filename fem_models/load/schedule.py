@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from fem_models.load.program import LoadProgram
 from fem_models.rig import Rig, RigError
+from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.tendon_law import tendon_stretch_mm
 from hysteresis.arrays import Floats
 
@@ -147,7 +148,11 @@ def snap_hint(rig: Rig, *, load_control: bool) -> str:
     """Say what to do, at the end of a message, where a rig has no equilibrium; empty where nothing is known.
 
     On a flat plateau a tube may snap: between two forces there is no equilibrium near the last one, at any step.
+    Nor may there be one where the law of a curve is flat: the bend gathers in a few joints.
     """
     if load_control and rig.superelastic is not None:
         return ": a tube may snap there under a force: expected a drive in mm, or a steeper plateau_modulus_GPa"
+    if isinstance(rig.joint, MeasuredJoint) and rig.joint.has_law:
+        flat = f"{max(rig.joint.law_onset_deg):.3g} deg"
+        return f": beyond {flat} the law of a joint has no stiffness left, and single joints bend: expected less drive"
     return ""

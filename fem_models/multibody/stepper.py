@@ -74,6 +74,8 @@ PLAIN, KEPT = 2, 6
 
 AT_REST = 20
 """Iterations of Newton's method at rest over those of a step."""
+NO_ROOM = 0.98
+"""Part of the length between two rings that a tendon has lost where they meet."""
 MOST_SLID_PITCHES = 1.0
 """Most tendon that enters or leaves a segment, over the pitch: a joint that bends by 1 rad takes in half of that."""
 LEAST_PART = 1e-3
@@ -445,6 +447,25 @@ class Stepper:
             length += self._released_mm()
         return bool(jumped(rotation, slide, length, self.control))
 
+    def _without_room(self) -> str:
+        """Say which measured joint has no tendon left between its rings; nothing where none is bent so far.
+
+        The rings meet along a tendon where twice its arm times the sine of half the angle is the length between them.
+        Notches close before.
+        """
+        for number, (joint, angle) in enumerate(
+            zip(self.joints.each, self.model.joint_angles(self.coordinates()).tolist(), strict=True), start=1
+        ):
+            length = joint.turning_length_mm + joint.rigid_gap_mm
+            taken = 2.0 * (joint.arms_mm.a if angle > 0 else joint.arms_mm.b) * math.sin(0.5 * abs(angle))
+            if math.isinf(joint.closure_angle_rad) and taken > NO_ROOM * length:
+                return (
+                    f": joint {number} is bent to {math.degrees(angle):.3g} deg, where its rings meet along the "
+                    f"tendon, {length:.3g} mm between them at rest: expected a smaller drive, or a longer "
+                    "rig.rigid_gap_mm"
+                )
+        return ""
+
     def settle(self) -> None:
         """Find the equilibrium at rest, where unequal arms may bend the preloaded rig.
 
@@ -547,10 +568,12 @@ class Stepper:
                 self.guides.make_slack(slack)
                 if not too_short(self.reach, self.control):
                     continue
-                found = self.relax(step.load, before)
+                closed = self._without_room()
+                found = None if closed else self.relax(step.load, before)
                 if found is None:
                     at, unit = between(start, end, done), "N" if self.load_control else "mm"
-                    raise SolverError(f"no equilibrium between drives {at.drive:.6g} and {step.load.drive:.6g} {unit}")
+                    words = f"no equilibrium between drives {at.drive:.6g} and {step.load.drive:.6g} {unit}"
+                    raise SolverError(words + closed)
                 relaxed = True
             after = self.coordinates()
             if relaxed:

@@ -5,8 +5,6 @@ Both engines take such elements as those of :func:`fem_models.joint.superelastic
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import nnls
@@ -68,10 +66,3 @@ def _law(rig: Rig) -> Superelastic:
     if rig.superelastic is None:
         raise RigError(f"rig {rig.name}: expected [superelastic]")
     return rig.superelastic
-
-
-def fit_error(curve: MomentAngle, fibres: FlagFibres) -> float:
-    """Largest difference of the moment of fibres to a curve, of the largest moment of the curve."""
-    moment = flag_path(fibres, curve.angle_rad).sum(axis=1)
-    scale = float(np.abs(curve.moment_Nmm).max())
-    return float(np.abs(moment - curve.moment_Nmm).max()) / scale if scale else math.nan

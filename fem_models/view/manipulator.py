@@ -1,4 +1,4 @@
-"""The bent manipulator in three dimensions: a mesh, a picture, a file for ParaView.
+"""The bent manipulator in three dimensions: a mesh and a picture.
 
 The straight tube lies along +x from the base at x = 0, the bending plane is x-y, a positive angle bends towards +y.
 Joints are in the middle of their notches (:class:`fem_models.rig.joints.Places`), and s is the distance from a joint.
@@ -310,24 +310,6 @@ def tendon_lines(rig: Rig, joint_angles_deg: ArrayLike) -> dict[str, Floats]:
         line = np.column_stack([*spine.place(k, np.full(k.size, y)), np.zeros(k.size)])
         lines[name] = np.concatenate([[[-rig.mean_pitch_mm, y, 0.0]], line])
     return lines
-
-
-def write_vtu(rig: Rig, joint_angles_deg: ArrayLike, path: Path) -> None:
-    """Write the bent wall as hexahedra with ``strain_percent`` at the points (VTU, for ParaView).
-
-    Raises
-    ------
-    SceneError
-        For a wrong number of angles, or a file that cannot be written.
-    RigError
-        As :func:`fem_models.joint.joint_mechanics`.
-    """
-    import meshio
-
-    points, cells, strain = _bent_wall(rig, joint_angles_deg)
-    mesh = meshio.Mesh(points, [("hexahedron", cells)], point_data={"strain_percent": strain})
-    with _staged(path) as half:
-        mesh.write(half, file_format="vtu")
 
 
 def render(rig: Rig, joint_angles_deg: ArrayLike, path: Path, *, window: tuple[int, int] = (1400, 900)) -> None:

@@ -1,4 +1,4 @@
-"""Pictures of one single notched ring (SNR) as a solid: mesh, bent shape and strain; and a file for ParaView."""
+"""Pictures of one single notched ring (SNR) as a solid: mesh, bent shape and strain."""
 
 from __future__ import annotations
 
@@ -65,23 +65,6 @@ def bent_mesh(joint: QuarterJoint, bent: BentJoint, mesh: MeshTet2) -> meshio.Me
         "equivalent_strain_percent": 100 * equal,
     }
     return meshio.Mesh(np.ascontiguousarray(mesh.doflocs.T), [("tetra10", cells(mesh))], point_data=data)
-
-
-def write_vtu(solid: Solid, field_mm: Floats, path: Path) -> None:
-    """Write :func:`as_meshio` for ParaView (VTU).
-
-    Raises
-    ------
-    SceneError
-        A file that cannot be written.
-    """
-    write_mesh(as_meshio(solid, field_mm), path)
-
-
-def write_mesh(mesh: meshio.Mesh, path: Path) -> None:
-    """Write a mesh with its fields for ParaView (VTU); errors as :func:`write_vtu`."""
-    with _staged(path) as half:
-        mesh.write(half, file_format="vtu")
 
 
 def draw_strain(

@@ -168,7 +168,7 @@ class _Model:
 
 
 def left_by(fit: Fit, records: Sequence[Record], number: Followed) -> float:
-    """Give the error that one number leaves of records where it alone may differ, and the zero: deg, rms.
+    """Give the residual of records in which this number and the zero alone may differ: deg, rms.
 
     A play is fitted from several sizes, since its error has more than one minimum.
     """

@@ -138,11 +138,6 @@ class Fit:
         """Coefficients of f, shape (p,)."""
         return self.point.c
 
-    @property
-    def heldout_mask(self) -> Mask:
-        """Held-out samples of the first record, shape (m,)."""
-        return self.heldout_masks[0]
-
     def f(self, drive: ArrayLike, record: int = 0) -> Floats:
         """Evaluate the single-valued part of the angle, without the record's zero, shape (m,) -> (m,), deg."""
         return self.form.backbones[record].at(np.asarray(drive, dtype=float))(self.point.c)

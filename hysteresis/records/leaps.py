@@ -43,7 +43,7 @@ def find_leap(deviation: Floats, slope: Floats) -> Leap | None:
     Returns
     -------
     Leap or None
-        None where the remainder is more than :data:`LEAVES` of the squares, or of what a steady drift leaves of them.
+        None where the residual squares exceed :data:`LEAVES` of all squares, or of those of the residual of a drift.
     """
     count, phases = deviation.shape
     whole = float(np.sum(deviation**2))

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import fdtri
 
-from hysteresis.arrays import Floats
+from hysteresis.arrays import Floats, Ints
 from hysteresis.records.leaps import Leap, find_leap
 from hysteresis.records.path import branches, cycle_index, cycle_slices, find_cycles, first_stroke
 
@@ -71,21 +71,6 @@ def errors(measured_deg: ArrayLike, predicted_deg: ArrayLike) -> Errors:
     rmse = float(np.sqrt(np.mean(deviation**2)))
     largest = float(np.max(np.abs(deviation)))
     return Errors(rmse, largest, 100 * largest / span, rmse / span)
-
-
-def signed_mean_fitness(measured_deg: ArrayLike, predicted_deg: ArrayLike) -> float:
-    """Eq. 8 of the paper as printed: the mean of (predicted - measured) / (max - min of measured).
-
-    The mean is signed, so errors of opposite sign cancel: a poor prediction that is above as often as below scores 0.
-    For comparison with the paper only; no fit should minimise it.
-
-    Raises
-    ------
-    ValueError
-        As :func:`errors`.
-    """
-    deviation, span = _deviation(measured_deg, predicted_deg)
-    return float(np.mean(deviation) / span)
 
 
 def _deviation(measured_deg: ArrayLike, predicted_deg: ArrayLike) -> tuple[Floats, float]:
@@ -150,16 +135,54 @@ def loop_width(drive: ArrayLike, angle_deg: ArrayLike, cycle: ArrayLike | None =
     ValueError
         No complete cycle, or arrays of different shapes.
     """
-    x, y, loops = _complete_cycles(drive, angle_deg, cycle)
-    profiles = [p for p in (_profile(x[s], y[s]) for s in loops) if p is not None]
-    if not profiles:
+    x, y = _rows("drive", drive, "angle", angle_deg)
+    return _loops_over(x, find_cycles(x, y) if cycle is None else np.asarray(cycle)).width(y)
+
+
+@dataclass(frozen=True, eq=False)
+class LoopsOverDrive:
+    """Cycles and branches of a drive, to measure the loops of many angles over it; made by :func:`loops_over`."""
+
+    drive: Floats  # shape (m,)
+    grid: Floats  # shape (k,), increasing: drives at which there is a width
+    reached: Ints  # shape (k,), number of cycles that reach each, at least one
+    cycles: tuple[_Cycle, ...]
+
+    def width(self, angle_deg: ArrayLike) -> LoopWidth:
+        """Measure the width of the loop of an angle of shape (m,), as :func:`loop_width` does, to the last bit.
+
+        Raises
+        ------
+        ValueError
+            A shape that differs from that of the drive, or a value that is not finite.
+        """
+        x, y = _rows("drive", self.drive, "angle", angle_deg)
+        rows = np.array([np.interp(self.grid, c.grid, c.width(y), left=0.0, right=0.0) for c in self.cycles])
+        width = _lag_sign(x, y) * (rows.sum(axis=0) / self.reached)
+        k = int(np.argmax(np.abs(width)))
+        at_zero = float(np.interp(0.0, self.grid, width)) if self.grid[0] <= 0 <= self.grid[-1] else None
+        return LoopWidth(float(abs(width[k])), float(self.grid[k]), at_zero, self.grid, width)
+
+
+def loops_over(drive: ArrayLike, cycle: ArrayLike) -> LoopsOverDrive:
+    """Divide a drive of shape (m,), with the cycle of each sample, into what the widths of its loops need.
+
+    Raises
+    ------
+    ValueError
+        No complete cycle, arrays of different shapes, or a drive that is not finite.
+    """
+    x, _ = _rows("drive", drive, "drive", drive)
+    return _loops_over(x, np.asarray(cycle))
+
+
+def _loops_over(x: Floats, numbers: Ints) -> LoopsOverDrive:
+    cycles = tuple(c for c in (_cycle_over(x, s) for s in _complete(x, numbers)) if c is not None)
+    if not cycles:
         raise ValueError("drive: the two branches have no drive in common: expected a loop (there and back)")
-    grid = np.unique(np.concatenate([at for at, _ in profiles]))
-    rows = np.array([np.interp(grid, at, width, left=np.nan, right=np.nan) for at, width in profiles])
-    width = _lag_sign(x, y) * np.nanmean(rows, axis=0)  # at least one profile contains every grid point
-    k = int(np.argmax(np.abs(width)))
-    at_zero = float(np.interp(0.0, grid, width)) if grid[0] <= 0 <= grid[-1] else None
-    return LoopWidth(float(abs(width[k])), float(grid[k]), at_zero, grid, width)
+    grid = np.unique(np.concatenate([c.grid for c in cycles]))
+    reached = np.sum([(c.grid[0] <= grid) & (grid <= c.grid[-1]) for c in cycles], axis=0)
+    return LoopsOverDrive(x, grid, reached, cycles)
 
 
 def dissipated_area(drive: ArrayLike, angle_deg: ArrayLike, cycle: ArrayLike | None = None) -> float:
@@ -182,31 +205,14 @@ def dissipated_area(drive: ArrayLike, angle_deg: ArrayLike, cycle: ArrayLike | N
     return -_lag_sign(x, y) * _mean_integral(x, y, loops)
 
 
-def closed_work_mJ(drive_mm: ArrayLike, force_N: ArrayLike, cycle: ArrayLike | None = None) -> float:
-    """Integrate force over displacement along a closed cycle: the work per cycle, mean of the closed cycles.
-
-    Positive for a loop that dissipates (1 N mm = 1 mJ). Closed cycles are those of :func:`dissipated_area`.
-
-    Parameters
-    ----------
-    drive_mm, force_N
-        Shape (m,): displacement and the force along it.
-    cycle
-        Shape (m,), as :func:`loop_width`.
-
-    Raises
-    ------
-    ValueError
-        No closed cycle, or arrays of different shapes.
-    """
-    x, y, loops = _complete_cycles(drive_mm, force_N, cycle)
-    return _mean_integral(x, y, loops)
-
-
 def _complete_cycles(drive: ArrayLike, value: ArrayLike, cycle: ArrayLike | None) -> tuple[Floats, Floats, list[slice]]:
     """Return the samples of the cycles with a reversal; the last one must also return to its start."""
     x, y = _rows("drive", drive, "angle", value)
-    numbers = find_cycles(x, y) if cycle is None else np.asarray(cycle)
+    return x, y, _complete(x, find_cycles(x, y) if cycle is None else np.asarray(cycle))
+
+
+def _complete(x: Floats, numbers: Ints) -> list[slice]:
+    """Return the samples of the cycles as :func:`_complete_cycles` does."""
     if numbers.shape != x.shape:
         raise ValueError(f"cycle: shape {numbers.shape}: expected the drive's, {x.shape}")
     slices = cycle_slices(x, numbers)
@@ -218,7 +224,7 @@ def _complete_cycles(drive: ArrayLike, value: ArrayLike, cycle: ArrayLike | None
     ]
     if not loops:
         raise ValueError("drive: no complete cycle beside the approach (cycle 0): expected a loop (there and back)")
-    return x, y, loops
+    return loops
 
 
 def _is_closed(x: Floats) -> bool:
@@ -244,24 +250,49 @@ def _mean_integral(x: Floats, y: Floats, loops: list[slice]) -> float:
     return float(np.mean(areas))
 
 
-def _profile(x: Floats, y: Floats) -> tuple[Floats, Floats] | None:
-    """Compute the width (falling - rising branch) of one cycle over its drives; None if the branches share no drive."""
-    samples: dict[bool, list[int]] = {True: [], False: []}
-    for s in branches(x):
-        samples[bool(x[s.stop - 1] > x[s.start])] += range(s.start, s.stop)
-    (up_x, up_y), (down_x, down_y) = (_single_valued(x[samples[up]], y[samples[up]], np.ptp(x)) for up in (True, False))
-    low, high = max(up_x[0], down_x[0]), min(up_x[-1], down_x[-1])
+class _Branch(NamedTuple):
+    """Samples of the rising or of the falling branches of a cycle, averaged within :data:`_BIN` of the drive."""
+
+    drive: Floats  # shape (b,), increasing
+    samples: Ints  # shape (n,), of the record
+    number: Ints  # shape (n,), of the bin of each
+    size: Ints  # shape (b,), of each bin
+
+    def mean(self, y: Floats) -> Floats:
+        return np.asarray(np.bincount(self.number, y[self.samples]) / self.size)
+
+
+class _Cycle(NamedTuple):
+    """One cycle over the drives that both its branches cover."""
+
+    grid: Floats
+    up: _Branch
+    down: _Branch
+
+    def width(self, y: Floats) -> Floats:
+        """Falling branch less rising one, at the grid."""
+        down, up = self.down.mean(y), self.up.mean(y)
+        return np.asarray(np.interp(self.grid, self.down.drive, down) - np.interp(self.grid, self.up.drive, up))
+
+
+def _cycle_over(x: Floats, where: slice) -> _Cycle | None:
+    """Divide one cycle into its branches; None if they share no drive."""
+    samples, own = dict[bool, list[int]]({True: [], False: []}), x[where]
+    for s in branches(own):
+        samples[bool(own[s.stop - 1] > own[s.start])] += range(where.start + s.start, where.start + s.stop)
+    up, down = (_branch(x, np.array(samples[way], dtype=np.int64), np.ptp(own)) for way in (True, False))
+    low, high = max(up.drive[0], down.drive[0]), min(up.drive[-1], down.drive[-1])
     if low >= high:
         return None
-    grid = np.unique(np.concatenate([up_x, down_x]))
-    grid = grid[(grid >= low) & (grid <= high)]
-    return grid, np.interp(grid, down_x, down_y) - np.interp(grid, up_x, up_y)
+    grid = np.unique(np.concatenate([up.drive, down.drive]))
+    return _Cycle(grid[(grid >= low) & (grid <= high)], up, down)
 
 
-def _single_valued(x: Floats, y: Floats, span: float) -> tuple[Floats, Floats]:
+def _branch(drive: Floats, samples: Ints, span: float) -> _Branch:
+    x = drive[samples]
     bins = np.floor((x - x.min()) / (_BIN * span)).astype(np.int64)
     _, number, count = np.unique(bins, return_inverse=True, return_counts=True)
-    return np.bincount(number, x) / count, np.bincount(number, y) / count
+    return _Branch(np.bincount(number, x) / count, samples, number, count)
 
 
 # --- noise -------------------------------------------------------------------------------------------------------

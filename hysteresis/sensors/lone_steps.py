@@ -113,7 +113,7 @@ def _is_nearer(record: Record, without: Record) -> bool:
 
 
 def _misfit(record: Record, start: int) -> float:
-    """Give what a curve with plays, whose widths depend on the position, leaves from a sample on, deg rms."""
+    """Give the residual of a curve with plays whose widths depend on the position, from a sample on, deg rms."""
     x, span = record.drive, float(np.ptp(record.drive))
     if span <= 0.0:
         return 0.0

@@ -59,20 +59,13 @@ def _words(summary: DesignSummary) -> list[str | Table]:
     """Give the table of the designs, the verdicts on the last one, and what to tighten."""
     head = f"{summary.feasible} of {summary.tried} tubes meet all requirements"
     parts: list[str | Table] = [head, *summary.warnings, _designs(summary.designs)]
-    if summary.designs:
-        last = next((one for one in summary.designs if one.kind == "robust"), summary.designs[0])
+    from studies.design.first_page import first_words
+
+    last = summary.chosen
+    if last is not None:
         parts += [f"{last.name}:", _verdicts(last)]
-        if last.tightened:
-            best = last.tightened[0]
-            parts.append(
-                f"to tighten first: {best.tolerance}; P(all met) {_percent(last.p_all.value if last.p_all else 0)} "
-                f"would be {_percent(best.p_met.value)} with it half as wide"
-            )
+        parts += first_words(last)
     return parts
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.3g} %"
 
 
 def _designs(designs: tuple[FoundDesign, ...]) -> Table:

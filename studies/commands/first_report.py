@@ -24,6 +24,7 @@ from hysteresis.files import write_files
 from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.records.record import Record
 from hysteresis.records.record_file import read_record, write_record
+from studies.bench_record import SHIPPED
 from studies.commands.identification import identify_records, write_fit
 from studies.commands.separation import separate_rig
 from studies.commands.tracing import FITS, PICTURES, trace_loaded, with_ending
@@ -46,7 +47,6 @@ from studies.results.run import (
 from studies.results.trace_samples import SAMPLES
 from studies.results.wrist import FILE as WRIST
 from validation.engines import compare_engines
-from validation.practice.bench_record import SHIPPED
 
 PRESET = "du2018"
 PRELOADS_N = (10.0, 20.0)

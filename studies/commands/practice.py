@@ -7,6 +7,7 @@ import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -32,6 +33,20 @@ Cases = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of the ca
 By = Literal["tracer", "sparse-regression", "classifier"]
 
 
+def _require_practice() -> None:
+    """Refuse where the practice cases are not installed: wheels are without them.
+
+    Raises
+    ------
+    MissingError
+        One line: what is missing and what to install.
+    """
+    if find_spec("validation.practice") is None:
+        raise MissingError(
+            "practice: validation/practice is not installed: expected the repository: pip install --editable ."
+        )
+
+
 def export(
     *,
     out: Out,
@@ -51,6 +66,7 @@ def export(
     common: Common,
 ) -> None:
     """Write blind cases, and their sealed answers in a file apart from them."""
+    _require_practice()
     from validation.practice.benchmark.sealed import LIST, require_apart, write_cases
     from validation.practice.benchmark.sources import draw_source
 
@@ -108,6 +124,7 @@ def answer(
     common: Common,
 ) -> None:
     """Answer all cases that have no answer yet."""
+    _require_practice()
     from validation.practice.benchmark.answering import answer_all
 
     target = into or folder / ANSWERS
@@ -162,6 +179,7 @@ def score(
     common: Common,
 ) -> None:
     """Score anyone's answers: CASE.json each, or a trace in the folder CASE."""
+    _require_practice()
     from validation.practice.benchmark.scoring import score_answers
 
     replacing.allow([out] if out is not None else [])

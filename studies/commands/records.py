@@ -16,7 +16,7 @@ from fem_models.rig import RigError
 from fem_models.rig.checks import require
 from hysteresis import Fit
 from hysteresis.attempts import attempt
-from hysteresis.files import place, write_files
+from hysteresis.files import require_kept, write_files
 from hysteresis.fitting.optimizers import Method
 from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.laws.elements import LawName
@@ -69,10 +69,7 @@ def identify(
     """Identify the Bouc-Wen model, and the law that predicts best, on records, with the error on held-out data."""
     figure = out / "identify.png"
     files = [*files_of_fit(out, "identify", len(records)), figure]
-    targets = {place(path) for path in files}
-    for path in records:
-        if place(path) in targets:
-            raise RecordError(f"{path}: --out {out} would replace it: expected another folder")
+    require_kept(out, files, records)
     replacing.allow(files)
     loaded = read_records(records, plane)
     settings = _settings(
@@ -202,10 +199,10 @@ def trace(
 
     With --reference: what changed between the reference and the records.
     """
-    from studies.commands.tracing import FILES, read_for_trace, require_kept, summary, trace_files, write_trace
+    from studies.commands.tracing import FILES, read_for_trace, summary, trace_files, write_trace
 
     old = reference or []
-    require_kept(out, [*records, *old])
+    require_kept(out, [out / name for name in FILES], [*records, *old])
     replacing.allow(out / name for name in FILES)
     made, loaded = made_now(common.command), read_for_trace(records)
     found = trace_files(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -55,20 +55,6 @@ class Traced:
     program: str | None
     samples: TraceSamples
     in_space: bool = False
-
-
-def require_kept(out: Path, records: Iterable[Path]) -> None:
-    """Refuse a folder in which a trace would replace one of its own records.
-
-    Raises
-    ------
-    RecordError
-        One line with the record.
-    """
-    targets = {place(out / name) for name in FILES}
-    for path in records:
-        if place(path) in targets:
-            raise RecordError(f"{path}: --out {out} would replace it: expected another folder")
 
 
 def trace_files(
@@ -190,7 +176,7 @@ def with_ending(traced: Traced, ending: str) -> tuple[TraceReport, dict[str, str
 
 
 def limits_of(trace: Trace) -> list[DetectionLimit]:
-    """Give the detection limits of the records; none where named effects leave nothing to find, or nothing is named.
+    """Give the detection limits of the records; none where the named effects have no residual, or nothing is named.
 
     Nor where a reference lacks the amplitude or the rate of the new records, which hides a change.
     """

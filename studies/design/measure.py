@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
+from scipy.optimize import brentq
 
 from fem_models.chain.solve import ChainCase, ChainSolution, chain_case, followed, tip_angle_deg, tip_mm
 from fem_models.joint import JointRow, joint_row
@@ -15,7 +16,8 @@ from fem_models.joint.strain import peak_strain
 from fem_models.joint.strain_life import Life, StrainLife, nitinol_life
 from fem_models.load import LoadProgram
 from fem_models.multibody.quasi_static import MultibodySolution
-from fem_models.rig import Rig
+from fem_models.rig import Rig, RigError
+from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import TipLoad
 from fem_models.rig.rig import notched_tube
 from hysteresis.arrays import Floats
@@ -32,6 +34,10 @@ FINE = np.array([0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2])
 """Shares of the drive, beyond it, at which a load of the tip is balanced again."""
 PROBE = 0.05
 """Tip load that stiffness and tip force are taken from, over the tension times the arm over the length."""
+MORE_DRIVE = 1.5
+"""Drive under a tip force at most, over that without."""
+HELD = 0.01
+"""Accuracy of a tip force that is searched for, and of the tension under it, relative."""
 
 
 @dataclass(frozen=True)
@@ -171,9 +177,8 @@ def measure(rig: Rig, wire: Wire, use: Use, model: Callable[[Rig], Bender] = Cha
             "tendon_margin": wire.breaking_N / tension if tension > 0 else math.inf,
             "drive_mm": branch.at(bend, branch.drive_mm),
         }
-        below = branch.strain[branch.bend_deg <= bend]
-        at_bend = max(abs(branch.at(bend, column)) for column in branch.strain.T)
-        found["peak_strain_percent"] = 100 * max(float(np.abs(below).max(initial=0.0)), at_bend)
+        path = (rig.length_mm - found["drive_mm"]) / math.radians(bend)
+        found["tendon_strain_percent"] = 100 * 0.5 * wire.diameter_mm / path if path > 0 else math.inf
         found |= _cycle(rig, bender, found["drive_mm"], use)
         found |= _tip(rig, bender, found["drive_mm"], use, model)
     return Measured(**found)
@@ -211,8 +216,11 @@ def _closing(branch: Followed, joints: JointRow) -> float:
 
 
 def _cycle(rig: Rig, bender: Bender, drive: float, use: Use) -> dict[str, float]:
-    """Run a cycle to the required bend and back: to the other side, too, with two tendons."""
-    if not {"loop_width_deg", "alternating_strain_percent", "cycles"} & use.wanted:
+    """Run a cycle to the required bend and back: to the other side, too, with two tendons.
+
+    Beyond that bend another fibre may be the most strained one, so that the strain is of this run alone.
+    """
+    if not {"loop_width_deg", "peak_strain_percent", "alternating_strain_percent", "cycles"} & use.wanted:
         return {}
     up = np.linspace(0.0, drive, SAMPLES)
     back = np.linspace(drive, 0.0 if rig.tendon_b is None else -drive, SAMPLES)
@@ -224,6 +232,7 @@ def _cycle(rig: Rig, bender: Bender, drive: float, use: Use) -> dict[str, float]
     amplitude, mean = float(ranges[worst]), float(0.5 * (fibres[:, worst].max() + fibres[:, worst].min()))
     return {
         "loop_width_deg": float((run.bend_deg[low : high + 1] - run.bend_deg[high:][::-1]).max()),
+        "peak_strain_percent": 100 * float(np.abs(run.strain).max()),
         "alternating_strain_percent": 100 * amplitude,
         "cycles": life_of(rig, amplitude, mean, use.life).low,
     }
@@ -241,7 +250,9 @@ def life_of(rig: Rig, amplitude: float, mean: float, own: StrainLife | None) -> 
 def _tip(rig: Rig, bender: Bender, drive: float, use: Use, model: Callable[[Rig], Bender]) -> dict[str, float]:
     """Take force and stiffness across the tip from a run with a small load against the bend there.
 
-    The load is there from the start, so that the guides slide. Its influence on tension and tip is taken as linear.
+    The load is there from the start, so that the guides slide. Its influence on the tip is taken as linear. So is that
+    on the tension, where the tube with that load still comes to the bend; else the force is searched for, because a
+    closed notch holds a small load without more tension, and opens under a large one.
     Both runs have the same samples, close to each other beyond the drive: what is compared is small.
     """
     if not {"tip_force_N", "tip_stiffness_N_per_mm"} & use.wanted:
@@ -258,5 +269,25 @@ def _tip(rig: Rig, bender: Bender, drive: float, use: Use, model: Callable[[Rig]
     room = use.tension_N - tension
     return {
         "tip_stiffness_N_per_mm": load / moved if moved > 0 else math.inf,
-        "tip_force_N": load * room / more if more > 0 and math.isfinite(room) else math.nan,
+        "tip_force_N": _held_N(rig, load * room / more, drive, use, model)
+        if more > 0 and math.isfinite(room)
+        else math.nan,
     }
+
+
+def _held_N(rig: Rig, most_N: float, drive: float, use: Use, model: Callable[[Rig], Bender]) -> float:
+    """Largest force across the tip, up to ``most_N``, against which a tube comes to the required bend."""
+    path = np.concatenate([np.linspace(0.0, drive, SAMPLES)[:-1], drive * np.linspace(1.0, MORE_DRIVE, SAMPLES)])
+
+    def spare_N(force_N: float) -> float:
+        """Tension that is left at the bend; none where the tube does not come there."""
+        try:
+            run = model(replace(rig, tip_load=TipLoad(force_N, use.bend_deg - 90.0))).follow(path).rising()
+        except (RigError, SolverError):
+            return -use.tension_N
+        reached = run.bend_deg[-1] >= use.bend_deg and run.at(use.bend_deg, run.drive_mm) <= use.drive_mm
+        return use.tension_N - run.at(use.bend_deg, run.tension_N) if reached else -use.tension_N
+
+    if most_N <= 0 or spare_N(most_N) >= -HELD * use.tension_N or spare_N(0.0) <= 0:
+        return most_N
+    return float(brentq(spare_N, 0.0, most_N, rtol=HELD, xtol=HELD * most_N))

@@ -17,6 +17,7 @@ QUANTITIES: dict[str, Quantity] = {
     "free_lumen_mm": Quantity("mm", "largest circle beside the tendons in the tube"),
     "tension_N": Quantity("N", "tension of the tendon at the wheel, at the required bend"),
     "tendon_margin": Quantity("1", "breaking load of the tendon over that tension"),
+    "tendon_strain_percent": Quantity("%", "strain of a solid wire that follows the required bend evenly"),
     "drive_mm": Quantity("mm", "travel of the tendon to the required bend"),
     "tip_force_N": Quantity("N", "force across the tip that the largest tension allowed holds at the required bend"),
     "tip_stiffness_N_per_mm": Quantity("N/mm", "force across the tip by its motion, drive held, at the required bend"),
@@ -42,6 +43,7 @@ class Measured:
     free_lumen_mm: float = float("nan")
     tension_N: float = float("nan")
     tendon_margin: float = float("nan")
+    tendon_strain_percent: float = float("nan")
     drive_mm: float = float("nan")
     tip_force_N: float = float("nan")
     tip_stiffness_N_per_mm: float = float("nan")

@@ -18,11 +18,13 @@ from scipy.special import ndtri
 
 from hysteresis.arrays import Floats
 from hysteresis.files import write_files
-from hysteresis.own import marked_values
+from hysteresis.own import MAKER, marked_values
 from hysteresis.plain import to_plain
+from hysteresis.records.record_file import files_of_record, write_record
 from hysteresis.records.sidecar import toml
 from studies.design.design_file import DesignFile
 from studies.design.evaluation import CANNOT, Evaluated, Task, evaluate
+from studies.design.first_page import LOOP, FirstPage, first_page
 from studies.design.influence import influences
 from studies.design.quantities import QUANTITIES
 from studies.design.reliability import Drawn, draw, tightened
@@ -32,6 +34,8 @@ from studies.design.space import Candidate
 from studies.design.workers import Crew, crew
 from studies.results.design import DesignSummary, FoundDesign, Tightened
 from studies.results.made import Made
+from studies.results.page_one import DRAWING
+from studies.results.page_one import FILE as PAGE_ONE
 
 DESIGN, TABLE, RIGS = "design.json", "designs.csv", "rigs"
 SAFETY = (0.3, 0.8, 1.5)
@@ -61,13 +65,17 @@ class _Shown:
 def design_files(out: Path, shown: int) -> list[Path]:
     """Give the files that a design may replace."""
     rigs = [out / RIGS / f"{kind}-{k}.toml" for kind in ("nominal", "robust") for k in range(1, shown + 1)]
-    return [out / DESIGN, out / TABLE, out / "report.html", *rigs]
+    page = [out / PAGE_ONE, out / DRAWING, *files_of_record(out / LOOP)]
+    return [out / DESIGN, out / TABLE, out / "report.html", *page, *rigs]
 
 
 def run_design(
     design: DesignFile, out: Path, *, workers: int, progress: Progress | None = None, made: Made | None = None
 ) -> DesignSummary:
     """Find tubes, and write ``design.json``, ``designs.csv`` and a rig file for each design that is shown.
+
+    The first page of the report is that of the design that is judged first (``page-one.json``, ``drawing.svg``, and a
+    cycle of it, ``records/cycle.csv``).
 
     Results do not depend on the number of workers. A requirement that nothing meets is a warning, and no error: the
     summary says what refused how many tubes, and has the nearest tube as a design.
@@ -85,7 +93,10 @@ def run_design(
             shown += _robust(design, task, found, team, warnings, progress)
         designs = tuple(_described(design, task, one, team) for one in shown)
     summary = _summary(design, found, designs, warnings, made, time.perf_counter() - start)
-    _write(design, out, summary, {one.name: one.found.candidate for one in shown})
+    candidates = {one.name: one.found.candidate for one in shown}
+    chosen = summary.chosen
+    page = None if chosen is None else first_page(task, candidates[chosen.name], chosen, design.title)
+    _write(design, out, summary, candidates, page)
     return summary
 
 
@@ -226,15 +237,32 @@ def _spans(feasible: Sequence[Evaluated]) -> dict[str, tuple[float, float]]:
     return {name: (min(r[name] for r in rows), max(r[name] for r in rows)) for name in (rows[0] if rows else ())}
 
 
-def _write(design: DesignFile, out: Path, summary: DesignSummary, candidates: Mapping[str, Candidate]) -> None:
+def _write(
+    design: DesignFile,
+    out: Path,
+    summary: DesignSummary,
+    candidates: Mapping[str, Candidate],
+    page: FirstPage | None,
+) -> None:
+    """Write the files; a page or a cycle of an earlier design does not stay beside them."""
+    for path in (out / PAGE_ONE, out / DRAWING, *files_of_record(out / LOOP)):
+        path.unlink(missing_ok=True)
+    if page is not None and page.loop is not None:
+        write_record(page.loop, out / LOOP)
     files: dict[Path, str | bytes] = {
-        out / DESIGN: json.dumps(marked_values(to_plain(summary, finite=False)), indent=2) + "\n",
+        out / DESIGN: _json(summary),
         out / TABLE: _table(summary.designs),
     }
+    if page is not None:
+        files |= {out / PAGE_ONE: _json(page.page), out / DRAWING: page.drawing}
     for name, candidate in candidates.items():
         rig = design.space.rig(candidate, name)
-        files[out / RIGS / f"{name}.toml"] = toml(rig.to_dict())
+        files[out / RIGS / f"{name}.toml"] = f"# made by {MAKER}\n{toml(rig.to_dict())}"
     write_files(files)
+
+
+def _json(result: object) -> str:
+    return json.dumps(marked_values(to_plain(result, finite=False)), indent=2) + "\n"
 
 
 def _table(designs: Sequence[FoundDesign]) -> str:

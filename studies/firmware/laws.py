@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -118,19 +118,8 @@ def _bouc_wen(elements: Sequence[BoucWen]) -> LawInC:
         scale = math.copysign(one.saturation_deg, one.A)
         row = [scale, abs(one.A) / one.saturation_deg, kappa, _y_below(one.n, kappa)]
         rows.append(f"    {{\n{listed(row)}\n    }}")
-    return LawInC(
-        smooth_deg=_SMOOTH * min(one.saturation_deg / abs(one.A) for one in elements),
-        templates=("smaller.c", "flow.c", "bouc_wen.c"),
-        values={
-            "flows": _flows([one.n for one in elements]),
-            "count": str(len(elements)),
-            "elements": ",\n".join(rows),
-        },
-        memory=np.array([one.h0_deg for one in elements]),
-        remembers="h of each element",
-        functions=("exp", "pow"),
-        stack_bytes=1800,
-    )
+    smooth = _SMOOTH * min(one.saturation_deg / abs(one.A) for one in elements)
+    return replace(_by_flows(elements, rows, "bouc_wen.c"), smooth_deg=smooth)
 
 
 def _asymmetric(elements: Sequence[AsymmetricElement]) -> LawInC:
@@ -140,8 +129,13 @@ def _asymmetric(elements: Sequence[AsymmetricElement]) -> LawInC:
         cells = f"{{{{{cell[0]}}}, {{{cell[1]}}}}},\n     {{{{{cell[2]}}}, {{{cell[3]}}}}}"
         head = listed([abs(one.A), math.copysign(1.0, one.A), one.centre_deg, one.saturation_deg])
         rows.append(f"    {{\n{head},\n    {{{cells}}}\n    }}")
+    return _by_flows(elements, rows, "asymmetric.c")
+
+
+def _by_flows(elements: Sequence[BoucWen] | Sequence[AsymmetricElement], rows: list[str], template: str) -> LawInC:
+    """Give the law of elements that follow a series of :mod:`hysteresis.laws.flow` each, with their rows in C."""
     return LawInC(
-        templates=("smaller.c", "flow.c", "asymmetric.c"),
+        templates=("smaller.c", "flow.c", template),
         values={
             "flows": _flows([one.n for one in elements]),
             "count": str(len(elements)),

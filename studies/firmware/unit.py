@@ -40,7 +40,7 @@ _FMI_2 = {
 
 @dataclass(frozen=True)
 class Variable:
-    """A variable of the unit; its place in :func:`variables` is its reference in ``c/fmi2.c`` and ``c/fmi3.c``."""
+    """A variable of the unit; its place in :func:`variables` is its reference in ``c/unit.c``."""
 
     name: str
     kind: Literal["Real", "Integer", "Boolean"]
@@ -90,7 +90,7 @@ def _unit(compensator: Compensator, sources: dict[str, str], version: Version) -
     token = f"{{{uuid.uuid5(uuid.NAMESPACE_URL, f'{MAKER}/{compensator.checksum}/{name}/{version}')}}}"
     wrapper = f"{name}_fmi{major}.c"
     values = {"name": name, "version": package_version(), "token": token}
-    every = {**sources, wrapper: filled(f"fmi{major}.c", values)}
+    every = {**sources, wrapper: filled(f"fmi{major}.c", {**values, "unit": filled("unit.c", values)})}
     files: dict[str, bytes] = {"modelDescription.xml": _description(compensator, token, wrapper, version).encode()}
     files |= {f"sources/{key}": text.encode() for key, text in every.items()}
     if version == "3.0":

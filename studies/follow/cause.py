@@ -63,7 +63,7 @@ _GROWN = CurveForm(
 
 
 def effects_of_drift() -> list[Effect]:
-    """Give the catalogue, with friction that grows everywhere: beside a reference it is told from the bend's."""
+    """Give the catalogue, with friction that grows everywhere: a reference distinguishes it from the bend's."""
     forms = {"guide_friction": _GROWN}
     return [
         replace(one, curve_forms=(*one.curve_forms, forms[one.name])) if one.name in forms else one
@@ -140,9 +140,9 @@ def _of_trace(trace: Trace, fit: Fit, new: Sequence[Record]) -> NamedCause:
 def _likeliest(trace: Trace, fit: Fit, new: Sequence[Record]) -> tuple[Fitted, tuple[str, ...], tuple[str, ...]]:
     """Give the model that is named, its effects with the likeliest first, and those that are not distinguished.
 
-    Among effects that have a number of the law (:data:`STANDS_FOR`) the one comes first whose number leaves the least
-    error of the last records; numbers that leave the same stay in the order of the trace. Of single effects without
-    such a number the one with the fewest parameters comes first.
+    Among effects that have a number of the law (:data:`STANDS_FOR`) the one whose number has the smallest residual in
+    the last records is first; equal ones stay in the order of the trace. Of single effects without such a number the
+    one with the fewest parameters is first.
     """
     named, first = trace.augmented, tuple(trace.names)
     alike = tuple(name for name in dict.fromkeys(n for group in trace.confusable for n in group) if name not in first)

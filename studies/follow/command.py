@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 
 from hysteresis.attempts import attempt
-from hysteresis.files import place, write_files
+from hysteresis.files import require_kept, write_files
 from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.laws.elements import LawName
 from hysteresis.messages import quoted
@@ -66,8 +66,9 @@ def follow(
     common: Common,
 ) -> None:
     """Follow one device over days or uses: what changed since when, why, and when a limit will be passed."""
-    _require_kept(out, records)
-    replacing.allow(out / name for name in FILES)
+    files = [out / name for name in FILES]
+    require_kept(out, files, records)
+    replacing.allow(files)
     made = made_now(common.command)
     axis = in_order(len(records)) if choice.times is None else read_times(choice.times, records)
     settings = FollowSettings(
@@ -90,20 +91,6 @@ def follow(
     report = write_follow(replace(report, made=made), out)
     page = out / "report.html"
     common.show(report, *report.words, f"report: {page}" if page.exists() else f"wrote {out / 'follow.json'}")
-
-
-def _require_kept(out: Path, records: Sequence[Path]) -> None:
-    """Refuse a folder in which the results would replace a record.
-
-    Raises
-    ------
-    RecordError
-        One line with the record.
-    """
-    targets = {place(out / name) for name in FILES}
-    for path in records:
-        if place(path) in targets:
-            raise RecordError(f"{path}: --out {out} would replace it: expected another folder")
 
 
 def limits_of(given: Sequence[str]) -> dict[str, float]:

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import jinja2
 import numpy as np
-from plotly.offline import get_plotlyjs
 
 from studies.follow.result import FollowedNumber, FollowReport
 from studies.report.charts import Chart, Line, Mark, Plate, Span, finite
@@ -15,8 +13,6 @@ from studies.report.templates import environment
 from validation.tracing import catalogue
 
 HERE = Path(__file__).parent
-REPORT = HERE.parents[0] / "report"
-TEMPLATE = "follow.html"
 CAPTION = (
     "Points: the number in each record, with the 95 % interval of the record alone. Line: moving average of the "
     "control chart, with the band in which it stays if the device does not change. Dashed: a limit that was given."
@@ -25,23 +21,17 @@ CAPTION = (
 
 def follow_page(report: FollowReport) -> str:
     """Give the HTML page of a report."""
-    templates = environment(HERE)
-    templates.loader = jinja2.FileSystemLoader([HERE, REPORT])
-    templates.filters["here"] = str
     names = set(report.cause.effects) | set(report.cause.alike) if report.cause else set()
-    return templates.get_template(TEMPLATE).render(
-        f=report,
-        made=report.made,
-        effects=[effect for effect in catalogue() if effect.name in names],
-        plates=[draw(plate_of(report))],
-        style=_text("style.css"),
-        plotly=get_plotlyjs(),
-        script=_text("page.js"),
+    return (
+        environment(HERE)
+        .get_template("follow.html")
+        .render(
+            f=report,
+            made=report.made,
+            effects=[effect for effect in catalogue() if effect.name in names],
+            plates=[draw(plate_of(report))],
+        )
     )
-
-
-def _text(name: str) -> str:
-    return (REPORT / "template" / name).read_text(encoding="utf-8")
 
 
 def plate_of(report: FollowReport) -> Plate:

@@ -82,7 +82,7 @@ class Change:
 
 @dataclass(frozen=True)
 class NamedCause:
-    """What explains the change; ``how`` it was found, ``alike`` what explains it as well. No effects: not named."""
+    """What explains the change; ``how`` it was found, ``alike`` what is not distinguished. No effects: not named."""
 
     effects: tuple[str, ...]
     alike: tuple[str, ...]

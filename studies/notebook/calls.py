@@ -35,7 +35,10 @@ from studies.notebook.script import require_guarded_script
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from fem_models.rig.in_space import RigInSpace
     from studies.calibrate import Calibration
+    from studies.drawings import DrawingChoice
+    from studies.drawings.written import Drawing
     from studies.export import Target
     from studies.follow import FollowReport
     from studies.notebook.figures import View
@@ -386,64 +389,88 @@ def study(
 
 @checked
 def export(
-    what: RigLike | RecordLike | Fit,
+    what: RigLike | RigInSpace | RecordLike | Fit,
     out: Path | str,
     *,
-    to: Target = "mujoco",
+    to: Target | Drawing = "mujoco",
     amplitude_mm: float = 2.2,
     name: str = "compensator",
     seed: int = 0,
+    cutting: DrawingChoice | None = None,
 ) -> tuple[Path, ...]:
-    """Write a rig as a model of another simulator, or a fit as a compensator; the same as ``notchbend export``.
+    """Write a rig for another simulator or a workshop, or a fit as a compensator; the same as ``notchbend export``.
 
     Parameters
     ----------
     what
-        With ``to="mujoco"`` a rig, the path of its file, or the name of a preset. Else a fit, or a record (or the path
-        of its CSV, or a DataFrame), which is identified with a fitted curve and the law that folds choose.
+        For a simulator or a drawing a rig, the path of its file, or the name of a preset; a drawing may be of one in
+        space. Else a fit, or a record (path, DataFrame), which is identified with the law that folds choose.
     out
-        The model file, ``.xml``; the table of the tension at every guide is written next to it. For a compensator a
-        folder, in which ``identify.json`` is written, too. What is there is replaced.
+        The model, ``.xml``, with the table of the tension at every guide; the drawing; for a compensator a folder.
     to
-        ``"mujoco"``, or ``"c"``, ``"fmu"``, ``"table"`` for a compensator.
+        ``"mujoco"``; ``"dxf"``, ``"step"``, ``"stl"``, ``"svg"``, ``"pdf"``; ``"c"``, ``"fmu"``, ``"table"``.
     amplitude_mm
-        Of a rig: largest drive that the model is meant for, mm.
-    name
-        Of a compensator: name of its files and functions.
-    seed
-        Of a compensator: of the search, and of the references in its test file.
+        Of a model for a simulator: largest drive that it is meant for, mm.
+    name, seed
+        Of a compensator: name of its files and functions; seed of the search and of the references in its test file.
+    cutting
+        Of a flat pattern, ``"dxf"``: width of the beam, where it points, and the angle of the seam.
 
     Returns
     -------
-    The files: of a rig the model and the table, ``<stem>-guides.csv``.
+    The files: of a model for a simulator the model and the table, ``<stem>-guides.csv``.
 
     Raises
     ------
     ValueError
-        An unknown target, or a rig for a compensator.
-    RecordError, RigError, SolverError
-        A file that cannot be written, a fit that has no compensator, or a drive that the rig cannot follow.
+        An unknown target, or what it is not of.
+    RecordError, RigError, SolverError, MissingError
+        What cannot be written, followed or cut so; an extra that is not installed.
 
     Examples
     --------
     >>> model, guides = nb.export("du2018", "du2018.xml", amplitude_mm=2.2)
+    >>> (drawing,) = nb.export("du2018", "du2018.dxf", to="dxf")
     >>> files = nb.export(nb.identify("bench.csv"), "firmware", to="c")
     """
-    from studies.export import TARGETS, lacking_compiler, write_compensator, write_model
+    from studies.export import lacking_compiler, write_compensator, write_model
 
-    if not isinstance(to, str) or to not in TARGETS:
-        raise ValueError(f"to = {quoted(to)}: expected one of {', '.join(TARGETS)}")
+    _require_target(what, to, cutting)
+    if to == "dxf" or to == "step" or to == "stl" or to == "svg" or to == "pdf":
+        from studies.drawings import write_drawing
+
+        rig = as_any_rig(cast("RigLike | RigInSpace", what), "what")
+        return (write_drawing(rig, Path(out), to=to, choice=cutting),)
     if to == "mujoco":
-        if isinstance(what, Fit | Record):
-            raise ValueError(f"to = 'mujoco': of a {type(what).__name__}: expected a rig, or another target")
-        return write_model(as_rig(what, "what"), Path(out), to=to, amplitude_mm=amplitude_mm)
-    if isinstance(what, Rig) or is_rig_name(what):
-        raise ValueError(f"to = {quoted(to)}: of a rig: expected a fit or a record")
+        return write_model(as_rig(cast("RigLike", what), "what"), Path(out), to=to, amplitude_mm=amplitude_mm)
     settings = replace(OF_THE_COMMAND, seed=seed)
     fit = what if isinstance(what, Fit) else identify(as_record(what, "what"), settings=settings, use_rig=False)
     if (words := lacking_compiler(to)) is not None:
         warnings.warn(words, stacklevel=2)
     return write_compensator(fit, Path(out), to=to, name=name, seed=seed)
+
+
+def _require_target(what: object, to: object, cutting: DrawingChoice | None) -> None:
+    """Refuse a target that is none, or that is not of what is given.
+
+    Raises
+    ------
+    ValueError
+        One line with what was expected.
+    """
+    from studies.drawings import DRAWINGS
+    from studies.export import TARGETS
+
+    if not isinstance(to, str) or to not in (*TARGETS, *DRAWINGS):
+        raise ValueError(f"to = {quoted(to)}: expected one of {', '.join((*TARGETS, *DRAWINGS))}")
+    of_rig = to == "mujoco" or to in DRAWINGS
+    if of_rig and isinstance(what, Fit | Record):
+        other = ", or another target" if to == "mujoco" else ""
+        raise ValueError(f"to = {quoted(to)}: of a {type(what).__name__}: expected a rig{other}")
+    if cutting is not None and to not in DRAWINGS:  # of another drawing, its writer says so
+        raise ValueError(f"cutting: of a flat pattern: expected with to = 'dxf', not {quoted(to)}")
+    if not of_rig and (isinstance(what, Rig) or is_rig_name(what)):
+        raise ValueError(f"to = {quoted(to)}: of a rig: expected a fit or a record")
 
 
 @checked

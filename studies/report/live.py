@@ -1,27 +1,12 @@
-"""Charts as JSON for plotly.js. Colours are names of the page's style (``$blue``), so that they follow its theme."""
+"""Charts as JSON for plotly.js. Colours are names of the page's style, so that they follow its theme."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+import plotly.graph_objects as go
+from plotly.basedatatypes import BasePlotlyType
 
 from studies.report.charts import Bars, Chart, Dots, Heat, Line, Span
-from studies.report.plotly import (
-    Axis,
-    BarTrace,
-    ColorBar,
-    Figure,
-    HeatMap,
-    Layout,
-    Marker,
-    Scatter,
-    Shape,
-    Spread,
-    Stroke,
-    Title,
-    Whiskers,
-    as_json,
-    packed,
-)
+from studies.report.plotly import as_json, colour_bar, packed, tone
 
 _SYMBOLS = {"dots": ("circle", 9), "crosses": ("x", 8), "star": ("star", 16)}
 _DASHES = {"solid": "solid", "dash": "dash", "dot": "dot"}
@@ -29,77 +14,82 @@ _DASHES = {"solid": "solid", "dash": "dash", "dot": "dot"}
 
 def chart_json(chart: Chart) -> str:
     """Give the traces and the layout of a chart."""
-    has_bars = any(isinstance(mark, Bars) for mark in chart.marks)
     in_legend = [mark for mark in chart.marks if isinstance(mark, Line | Bars)]
-    layout = Layout(_axis(chart.x_label), _axis(chart.y_label), showlegend=chart.legend and len(in_legend) > 1)
-    if chart.x_range is not None:
-        layout = replace(layout, xaxis=replace(layout.xaxis, range=chart.x_range))
-    if chart.y_range is not None:
-        layout = replace(layout, yaxis=replace(layout.yaxis, range=chart.y_range))
+    layout = go.Layout(
+        xaxis=_axis(go.layout.XAxis, chart.x_label, chart.x_range),
+        yaxis=_axis(go.layout.YAxis, chart.y_label, chart.y_range),
+        showlegend=chart.legend and len(in_legend) > 1,
+        hovermode="closest",
+        shapes=[_shape(mark) for mark in chart.marks if isinstance(mark, Span)],
+    )
     if chart.equal:
-        layout = replace(layout, yaxis=replace(layout.yaxis, scaleanchor="x"))
-    spans = [mark for mark in chart.marks if isinstance(mark, Span)]
-    if spans:
-        layout = replace(layout, shapes=tuple(map(_shape, spans)))
-    if has_bars:
-        categories = replace(layout.yaxis, autorange="reversed", type="category", ticklabelstandoff=6)
-        layout = replace(layout, yaxis=categories, barmode="group", bargap=0.25)
-    return as_json(Figure(tuple(_trace(mark) for mark in chart.marks if not isinstance(mark, Span)), layout))
+        layout.yaxis.scaleanchor = "x"
+    if any(isinstance(mark, Bars) for mark in chart.marks):
+        layout.yaxis.update(autorange="reversed", type="category", ticklabelstandoff=6)
+        layout.update(barmode="group", bargap=0.25)
+    return as_json((_trace(mark) for mark in chart.marks if not isinstance(mark, Span)), layout)
 
 
-def _axis(label: str) -> Axis:
-    return Axis(Title(label, standoff=8))
+def _axis(kind: type[BasePlotlyType], label: str, within: tuple[float, float] | None) -> BasePlotlyType:
+    lines = {"gridcolor": tone("line"), "zerolinecolor": tone("line")}
+    return kind(title={"text": label, "standoff": 8}, automargin=True, range=within, **lines)
 
 
-def _shape(span: Span) -> Shape:
+def _shape(span: Span) -> go.layout.Shape:
     """Give a band or a line from end to end of the chart; a line stands before the marks."""
-    is_line, low, high = span.low == span.high, span.low, span.high
-    kind, layer = ("line", "above") if is_line else ("rect", "below")
-    stroke = Stroke(1.2 if is_line else 0.0, "$ink", "dot")
-    if span.along == "x":
-        return Shape(kind, "x", "paper", low, high, 0.0, 1.0, stroke, layer=layer)
-    return Shape(kind, "paper", "y", 0.0, 1.0, low, high, stroke, layer=layer)
+    is_line = span.low == span.high
+    ends = {"x0": span.low, "x1": span.high, "y0": 0.0, "y1": 1.0, "xref": "x", "yref": "paper"}
+    if span.along == "y":
+        ends = {"x0": 0.0, "x1": 1.0, "y0": span.low, "y1": span.high, "xref": "paper", "yref": "y"}
+    return go.layout.Shape(
+        type="line" if is_line else "rect",
+        layer="above" if is_line else "below",
+        line={"width": 1.2 if is_line else 0.0, "color": tone("ink"), "dash": "dot"},
+        fillcolor=tone("line"),
+        opacity=1.0,
+        **ends,
+    )
 
 
-def _trace(mark: Line | Bars | Heat | Dots) -> Scatter | BarTrace | HeatMap:
+def _trace(mark: Line | Bars | Heat | Dots) -> go.Scatter | go.Bar | go.Heatmap:
     if isinstance(mark, Line):
         return _line(mark)
     if isinstance(mark, Bars):
         return _bars(mark)
     if isinstance(mark, Heat):
         low, high = mark.scale or (None, None)
-        return HeatMap(packed(mark.x), packed(mark.y), packed(mark.z), _colour_bar(mark.label), low, high)
+        x, y, z = packed(mark.x), packed(mark.y), packed(mark.z)
+        return go.Heatmap(x=x, y=y, z=z, colorbar=colour_bar(go.heatmap.ColorBar, mark.label), zmin=low, zmax=high)
     return _dots(mark)
 
 
-def _line(mark: Line) -> Scatter:
-    x, y = packed(mark.x), packed(mark.y)
+def _line(mark: Line) -> go.Scatter:
+    line = go.Scatter(x=packed(mark.x), y=packed(mark.y), mode="markers", name=mark.name)
+    colour = tone(mark.tone)
     if mark.style == "points":
-        points = Scatter(x, y, "markers", name=mark.name, marker=Marker(f"${mark.tone}", size=4))
-        if mark.spread is None:
-            return points
-        wide = replace(points, marker=Marker(f"${mark.tone}", size=7))
-        return replace(wide, error_y=Spread(packed(mark.spread), f"${mark.tone}"))
-    if mark.style in _SYMBOLS:
+        line.marker = {"color": colour, "size": 4 if mark.spread is None else 7}
+        if mark.spread is not None:
+            line.error_y = {"array": packed(mark.spread), "color": colour, "type": "data", "thickness": 1, "width": 0}
+    elif mark.style in _SYMBOLS:
         symbol, size = _SYMBOLS[mark.style]
-        marker = Marker(f"${mark.tone}", size=size, symbol=symbol, line=Stroke(1.0, "$card"))
-        return Scatter(x, y, "markers", name=mark.name, marker=marker)
-    return Scatter(x, y, "lines", name=mark.name, line=Stroke(1.8, f"${mark.tone}", _DASHES[mark.style]))
+        line.marker = {"color": colour, "size": size, "symbol": symbol, "line": {"width": 1.0, "color": tone("card")}}
+    else:
+        line.update(mode="lines", line={"width": 1.8, "color": colour, "dash": _DASHES[mark.style]})
+    return line
 
 
-def _dots(mark: Dots) -> Scatter:
-    marker = Marker(packed(mark.value), size=7, colorscale="Cividis", showscale=True, colorbar=_colour_bar(mark.label))
-    dots = Scatter(packed(mark.x), packed(mark.y), "markers", marker=marker)
-    return replace(dots, text=mark.notes, hovertemplate="%{text}<extra></extra>") if mark.notes else dots
+def _dots(mark: Dots) -> go.Scatter:
+    bar = colour_bar(go.scatter.marker.ColorBar, mark.label)
+    marker = {"color": packed(mark.value), "size": 7, "showscale": True, "colorbar": bar}
+    dots = go.Scatter(x=packed(mark.x), y=packed(mark.y), mode="markers", marker=marker)
+    return dots.update(text=mark.notes, hovertemplate="%{text}<extra></extra>") if mark.notes else dots
 
 
-def _bars(mark: Bars) -> BarTrace:
-    colour = tuple(f"${tone}" for tone in mark.tones) or f"${mark.tone}"
-    bars = BarTrace(mark.categories, packed(mark.values), mark.name, Marker(colour))
-    if mark.low is None or mark.high is None:
-        return bars
-    return replace(bars, error_x=Whiskers(packed(mark.high - mark.values), packed(mark.values - mark.low)))
-
-
-def _colour_bar(label: str) -> ColorBar:
-    return ColorBar(Title(label, side="right"))
+def _bars(mark: Bars) -> go.Bar:
+    colour = [tone(one) for one in mark.tones] or tone(mark.tone)
+    bars = go.Bar(y=mark.categories, x=packed(mark.values), name=mark.name, marker={"color": colour}, orientation="h")
+    if mark.low is not None and mark.high is not None:
+        ends = {"array": packed(mark.high - mark.values), "arrayminus": packed(mark.values - mark.low)}
+        style = {"type": "data", "symmetric": False, "color": tone("ink"), "thickness": 1, "width": 3}
+        bars.error_x = {**ends, **style}
+    return bars

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from plotly.offline import get_plotlyjs
 
 from hysteresis.attempts import attempt
 from hysteresis.files import inside, present, write_files
@@ -49,6 +48,7 @@ from studies.report.tube import VIEWS
 from studies.results import read_result, trace
 from studies.results.compensation import ENDING
 from studies.results.made import Made
+from studies.results.page_one import FILE as PAGE_ONE
 from studies.results.run import OF_RUNS, RunLoop, RunSummary, read_run, record_of_run
 from studies.results.separation import Separation
 from studies.results.trace import FigureFile, StoredTrace
@@ -59,7 +59,6 @@ from studies.results.wrist import FILE as WRIST
 
 PAGE = "report.html"
 REACH = WORKSPACE_FILES[0]
-TEMPLATES = Path(__file__).parent / "template"
 PARTS = (
     "run.json",
     WRIST,
@@ -72,6 +71,7 @@ PARTS = (
     "pareto.json",
     REACH,
     DESIGN,
+    PAGE_ONE,
 )
 """Results that a page can be made from; any of them is enough."""
 
@@ -122,8 +122,33 @@ class TraceSection:
 
 
 @dataclass(frozen=True)
-class Page:
-    """What the template takes; a part is None or empty if the folder has no results of it.
+class Parts:
+    """What was read from a folder; a part is None or empty if the folder has no results of it."""
+
+    page_one: PageOneSection | None
+    run: RunSection | None
+    wrist: WristSection | None
+    reach: ReachSection | None
+    separations: tuple[SeparationSection, ...]
+    fits: tuple[FitSection, ...]
+    traces: tuple[TraceSection, ...]
+    validation: ValidationSection | None
+    six: SixSection | None
+    compensations: tuple[CompensationSection, ...]
+    followed: tuple[FollowedSection, ...]
+    study: StudySection | None
+    front: Front | None
+    design: DesignSection | None
+
+    @property
+    def study_command(self) -> str:
+        """The command that makes the study again."""
+        return self.study.command if self.study is not None else "notchbend study STUDY.toml --out DIR"
+
+
+@dataclass(frozen=True)
+class Page(Parts):
+    """What the template takes: the parts, and what is drawn and said of them.
 
     ``made`` says how the results came about, one entry a command, in the order of the parts. ``above`` is the command
     of the page's head that verdicts do not repeat, empty where it is not clear which of them it made.
@@ -135,30 +160,12 @@ class Page:
     advice: tuple[str, ...]
     legend: Mapping[str, str]
     verdicts: tuple[Verdict, ...]
-    page_one: PageOneSection | None
-    run: RunSection | None
-    wrist: WristSection | None
-    reach: ReachSection | None
-    separations: tuple[SeparationSection, ...]
-    fits: tuple[FitSection, ...]
     fits_command: str
-    traces: tuple[TraceSection, ...]
-    validation: ValidationSection | None
-    six: SixSection | None
-    compensations: tuple[CompensationSection, ...]
-    followed: tuple[FollowedSection, ...]
-    study: StudySection | None
     study_plates: tuple[Drawn, ...]
-    study_command: str
-    front: Front | None
-    design: DesignSection | None
     front_plate: Drawn | None
     versions: Mapping[str, str]
     views: tuple[str, ...]
     six_names: Mapping[str, str]
-    plotly: str
-    style: str
-    script: str
 
 
 def stands_alone(folder: Path) -> bool:
@@ -185,12 +192,12 @@ def write_report(folder: Path) -> Path:
 
 def page_text(folder: Path, found: Page) -> str:
     """Give the page of what was read from a folder, HTML."""
-    templates = environment(TEMPLATES)
+    templates = environment()
     here, given = shlex.quote(str(folder)), {one.command for one in found.made}
     templates.filters["here"] = lambda command: (
         command if command in given else re.sub(r"\bDIR\b", lambda _: here, command)
     )
-    page = templates.get_template("page.html").render(**vars(found))
+    page = templates.get_template("page.html").render(**vars(found), study_command=found.study_command)
     return marked_page(page)
 
 
@@ -226,31 +233,6 @@ def try_report(folder: Path) -> Written:
     return Written(found[0], f"report: {folder / PAGE}")
 
 
-@dataclass(frozen=True)
-class _Parts:
-    """What was read from a folder, part by part."""
-
-    page_one: PageOneSection | None
-    run: RunSection | None
-    wrist: WristSection | None
-    reach: ReachSection | None
-    separations: tuple[SeparationSection, ...]
-    fits: tuple[FitSection, ...]
-    traces: tuple[TraceSection, ...]
-    validation: ValidationSection | None
-    six: SixSection | None
-    compensations: tuple[CompensationSection, ...]
-    followed: tuple[FollowedSection, ...]
-    study: StudySection | None
-    front: Front | None
-    design: DesignSection | None
-
-    @property
-    def study_command(self) -> str:
-        """The command that makes the study again."""
-        return self.study.command if self.study is not None else "notchbend study STUDY.toml --out DIR"
-
-
 def page_of(folder: Path) -> Page:
     """Read the results in a folder, and draw their charts.
 
@@ -263,7 +245,7 @@ def page_of(folder: Path) -> Page:
         names = ", ".join((*PARTS, f"*{ENDING}"))
         raise RecordError(f"{folder}: none of {names}: expected results of a notchbend command")
     run = _run(folder) if present(folder / "run.json") else None
-    parts = _Parts(
+    parts = Parts(
         page_one=read_page_one_section(folder),
         run=run,
         wrist=read_wrist_section(folder),
@@ -292,19 +274,15 @@ def page_of(folder: Path) -> Page:
         verdicts=tuple(_verdicts(parts)),
         fits_command=run.command if run else fits[0].command if fits else "",
         study_plates=tuple(draw(plate) for plate in study.plates) if study else (),
-        study_command=parts.study_command,
         front_plate=draw(front.plate) if front else None,
         versions=next((found for found in versions if found), {}),
         views=tuple(VIEWS),
         six_names=NAMES,
-        plotly=get_plotlyjs(),
-        style=_text("style.css"),
-        script=_text("page.js"),
         **vars(parts),
     )
 
 
-def _verdicts(parts: _Parts) -> list[Verdict]:
+def _verdicts(parts: Parts) -> list[Verdict]:
     """Give the verdicts in the order of the page."""
     run, fits, out = parts.run, parts.fits, list[Verdict]()
     if run is not None:
@@ -328,11 +306,11 @@ def _verdicts(parts: _Parts) -> list[Verdict]:
     if parts.front is not None:
         out.append(summary.front_verdict(len(parts.front.rows), parts.front.objectives, parts.study_command))
     if parts.design is not None:
-        out += designed_verdicts(parts.design)
+        out += designed_verdicts(parts.design, alone=parts.page_one is None)
     return out
 
 
-def _made(parts: _Parts) -> list[Made | None]:
+def _made(parts: Parts) -> list[Made | None]:
     """Say how each result came about; a workspace of the report of a rig in space is not listed again."""
     wrist, reach = parts.wrist, parts.reach
     out: list[Made | None] = [one.result.made for one in (parts.run, wrist) if one is not None]
@@ -346,11 +324,7 @@ def _made(parts: _Parts) -> list[Made | None]:
     return out + ([] if parts.design is None else [parts.design.result.made])
 
 
-def _text(name: str) -> str:
-    return (TEMPLATES / name).read_text(encoding="utf-8")
-
-
-def _title(folder: Path, parts: _Parts) -> str:
+def _title(folder: Path, parts: Parts) -> str:
     run, study = parts.run, parts.study
     if run is not None:
         own = run.result.own
@@ -359,6 +333,8 @@ def _title(folder: Path, parts: _Parts) -> str:
         return parts.wrist.result.name
     if parts.design is not None:
         return parts.design.result.title
+    if parts.page_one is not None and parts.page_one.result.title is not None:
+        return parts.page_one.result.title
     return study.title if study is not None else folder.resolve().name
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import plotly.graph_objects as go
 from numpy.typing import NDArray
 
 from hysteresis.arrays import Floats
@@ -19,18 +20,7 @@ from hysteresis.records.record import RecordError
 from studies.report.charts import Bars, Chart, Dots, Heat, Line, Plate, Tone, finite
 from studies.report.parts.feasible import Feasible, feasibility, region_plate
 from studies.report.parts.multiples import multiples
-from studies.report.plotly import (
-    Camera,
-    Figure,
-    Point,
-    Scene,
-    SceneAxis,
-    SceneLayout,
-    Surface,
-    Title,
-    as_json,
-    packed,
-)
+from studies.report.plotly import as_json, packed, tone
 from studies.results import read_result
 from studies.results.made import Made
 from studies.results.manifest import require_complete
@@ -311,15 +301,23 @@ def _surfaces(data: xr.Dataset, names: Sequence[str]) -> str | None:
         values, _ = _plane(data, name)
         label = _label(data, name)
         hover = f"%{{x:.4g}}, %{{y:.4g}}: %{{z:.4g}}<extra>{label}</extra>"
-        surfaces.append(Surface(packed(x), packed(y), packed(values.T), label, visible=i == 0, hovertemplate=hover))
-    camera = Camera(eye=Point(-1.6, -1.6, 0.95), center=Point(0, 0, -0.15))
-    first, second = (_scene_axis(_label(data, axis)) for axis in axes[:2])
-    scene = Scene(first, second, _scene_axis(""), camera)
-    return as_json(Figure(tuple(surfaces), SceneLayout(scene)))
-
-
-def _scene_axis(label: str) -> SceneAxis:
-    return SceneAxis(title=Title(label), gridcolor="$line", backgroundcolor="rgba(0,0,0,0)", zerolinecolor="$line")
+        surfaces.append(
+            go.Surface(
+                x=packed(x),
+                y=packed(y),
+                z=packed(values.T),
+                name=label,
+                visible=i == 0,
+                hovertemplate=hover,
+                showscale=False,
+            )
+        )
+    camera = {"eye": {"x": -1.6, "y": -1.6, "z": 0.95}, "center": {"x": 0, "y": 0, "z": -0.15}}
+    lines = {"backgroundcolor": "rgba(0,0,0,0)", "gridcolor": tone("line"), "zerolinecolor": tone("line")}
+    first, second, third = (
+        {"title": {"text": label}, **lines} for label in (*(_label(data, axis) for axis in axes[:2]), "")
+    )
+    return as_json(surfaces, go.Layout(scene={"xaxis": first, "yaxis": second, "zaxis": third, "camera": camera}))
 
 
 def _sensitivity(path: Path) -> Plate | None:

@@ -6,14 +6,21 @@ import math
 from pathlib import Path
 
 import jinja2
+from plotly.offline import get_plotlyjs
 
 from studies.units import unit_of
 
+TEMPLATES = Path(__file__).parent / "template"
 
-def environment(folder: Path) -> jinja2.Environment:
-    """Load the templates of a folder; texts of results are escaped, and a missing value is an error."""
+
+def environment(*own: Path) -> jinja2.Environment:
+    """Load the templates of reports, and those of folders of one's own; a missing value is an error.
+
+    Texts of results are escaped. Every page has the style, the script and plotly.js; the filter ``here`` writes a
+    command as it is.
+    """
     out = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(folder),
+        loader=jinja2.FileSystemLoader([*own, TEMPLATES]),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
@@ -21,6 +28,9 @@ def environment(folder: Path) -> jinja2.Environment:
     )
     out.filters["sig"] = significant
     out.filters["unit"] = unit_of
+    out.filters["here"] = str
+    style, script = ((TEMPLATES / name).read_text(encoding="utf-8") for name in ("style.css", "page.js"))
+    out.globals.update(style=style, script=script, plotly=get_plotlyjs())
     return out
 
 

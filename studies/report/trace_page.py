@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
-
-from plotly.offline import get_plotlyjs
 
 from hysteresis.fitting.uncertainty import Parameter
 from hysteresis.plain import from_plain
@@ -18,9 +15,6 @@ from studies.results.trace import WHAT, StoredTrace
 from studies.results.trace_samples import TraceSamples
 from validation.tracing import catalogue
 from validation.tracing.result import TraceReport, in_words, share_words
-
-HERE = Path(__file__).parent
-TEMPLATE = "trace.html"
 
 
 @dataclass(frozen=True)
@@ -48,28 +42,23 @@ def trace_page(report: TraceReport, samples: TraceSamples, made: Made | None = N
     """
     names = {name for effect in report.effects for name in (effect.name, *effect.confusable_with)}
     stored = from_plain(StoredTrace, report.to_dict(), WHAT)
-    templates = environment(HERE)
-    templates.filters["here"] = str
-    return templates.get_template(TEMPLATE).render(
-        t=report,
-        words=in_words(report),
-        share=share_words(report.explained_share),
-        errors=_error_rows(report),
-        parameters=_parameter_rows(report),
-        effects=[effect for effect in catalogue() if effect.name in names],
-        plates=[draw(plate) for plate in trace_plates(stored, samples)],
-        style=_text("style.css"),
-        plotly=get_plotlyjs(),
-        script=_text("page.js"),
-        made=made,
-        command=trace_command(report.records, report.reference) if made is None else made.command,
-        named=report.named,
-        alike=f"{report.alike:.0f}",
+    return (
+        environment()
+        .get_template("trace-page.html")
+        .render(
+            t=report,
+            words=in_words(report),
+            share=share_words(report.explained_share),
+            errors=_error_rows(report),
+            parameters=_parameter_rows(report),
+            effects=[effect for effect in catalogue() if effect.name in names],
+            plates=[draw(plate) for plate in trace_plates(stored, samples)],
+            made=made,
+            command=trace_command(report.records, report.reference) if made is None else made.command,
+            named=report.named,
+            alike=f"{report.alike:.0f}",
+        )
     )
-
-
-def _text(name: str) -> str:
-    return (HERE / "template" / name).read_text(encoding="utf-8")
 
 
 def _error_rows(report: TraceReport) -> list[ErrorRow]:

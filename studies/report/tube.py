@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+import plotly.graph_objects as go
 from numpy.typing import ArrayLike, NDArray
 
 from fem_models.rig import Rig
@@ -20,23 +21,7 @@ from hysteresis.arrays import Floats, Ints
 from hysteresis.files import RecordError, write_files
 from hysteresis.own import marked_values
 from hysteresis.plain import to_plain
-from studies.report.plotly import (
-    Camera,
-    ColorBar,
-    Figure,
-    Marker,
-    Mesh,
-    Point,
-    Projection,
-    Scatter3d,
-    Scene,
-    SceneAxis,
-    SceneLayout,
-    Stroke,
-    Title,
-    as_json,
-    packed,
-)
+from studies.report.plotly import as_json, colour_bar, packed, tone
 from studies.results import read_result
 
 if TYPE_CHECKING:
@@ -50,11 +35,11 @@ HEAT = ("#b9c0c9", "#f2c14e", "#e4572e", "#8c1c13")
 """Colours from no strain to the largest strain, as in :mod:`fem_models.view.manipulator`."""
 LIGHT = np.array([-0.35, 0.75, 0.75])
 TENDON_TONES = ("blue", "green", "orange", "purple")
-UP = Point(0, 1, 0)
+UP = {"x": 0, "y": 1, "z": 0}
 VIEWS = {
-    "Oblique": Camera(Point(-0.3, 0.35, 0.9), UP),
-    "Side": Camera(Point(0, 0, 1.0), UP),
-    "From the tip": Camera(Point(0.85, 0.45, 0.25), UP),
+    "Oblique": {"eye": {"x": -0.3, "y": 0.35, "z": 0.9}, "up": UP},
+    "Side": {"eye": {"x": 0, "y": 0, "z": 1.0}, "up": UP},
+    "From the tip": {"eye": {"x": 0.85, "y": 0.45, "z": 0.25}, "up": UP},
 }
 
 
@@ -161,24 +146,26 @@ def tube_view(stored: StoredTube) -> str:
     top = float(stored.strain_percent.max()) or 1.0
     lines = zip(sorted(stored.tendons_mm.items()), TENDON_TONES, strict=False)
     tendons = (_tendon(name, line, tone) for (name, line), tone in lines)
-    hidden = SceneAxis(visible=False)
-    camera = replace(VIEWS["Oblique"], projection=Projection("orthographic"))
-    scene = Scene(hidden, hidden, hidden, camera, aspectmode="data", dragmode="orbit")
+    hidden = {"visible": False}
+    camera = {**VIEWS["Oblique"], "projection": {"type": "orthographic"}}
+    axes = {"xaxis": hidden, "yaxis": hidden, "zaxis": hidden}
+    scene = go.layout.Scene(camera=camera, aspectmode="data", dragmode="orbit", **axes)
     traces = (_wall(stored, top), _strain_scale(stored.points_mm[0], top), *tendons)
-    return as_json(Figure(traces, SceneLayout(scene, showlegend=False), views=VIEWS))
+    return as_json(traces, go.Layout(scene=scene, showlegend=False), VIEWS)
 
 
-def _tendon(name: str, line_mm: Floats, tone: str) -> Scatter3d:
+def _tendon(name: str, line_mm: Floats, colour: str) -> go.Scatter3d:
     x, y, z = (packed(values) for values in line_mm.T)
-    return Scatter3d(x, y, z, "lines", "name", name=f"tendon {name}", line=Stroke(5, f"${tone}"))
+    line = {"width": 5, "color": tone(colour)}
+    return go.Scatter3d(x=x, y=y, z=z, mode="lines", hoverinfo="name", name=f"tendon {name}", line=line)
 
 
-def _wall(stored: StoredTube, top: float) -> Mesh:
+def _wall(stored: StoredTube, top: float) -> go.Mesh3d:
     """Give the tube, coloured by strain up to ``top``."""
     x, y, z = (packed(values) for values in stored.points_mm.T)
     i, j, k = (packed(values, "i4") for values in stored.triangles.T)
     colours = shaded(stored.points_mm, stored.triangles, stored.strain_percent, top)
-    return Mesh(
+    return go.Mesh3d(
         x=x,
         y=y,
         z=z,
@@ -190,22 +177,23 @@ def _wall(stored: StoredTube, top: float) -> Mesh:
         vertexcolor=tuple(f"#{r:02x}{g:02x}{b:02x}" for r, g, b in colours),
         customdata=packed(stored.strain_percent),
         hovertemplate="strain %{customdata:.2f} %<extra></extra>",
+        lighting={"ambient": 1.0, "diffuse": 0.0, "specular": 0.0, "fresnel": 0.0},
     )
 
 
-def _strain_scale(at_mm: Floats, top: float) -> Scatter3d:
+def _strain_scale(at_mm: Floats, top: float) -> go.Scatter3d:
     """Give an invisible point that carries the colour bar."""
     x, y, z = ([float(value)] for value in at_mm)
-    marker = Marker(
-        [0.0],
+    marker = go.scatter3d.Marker(
+        color=[0.0],
         size=0.01,
         cmin=0.0,
         cmax=top,
         colorscale=[(i / (len(HEAT) - 1), colour) for i, colour in enumerate(HEAT)],
         showscale=True,
-        colorbar=ColorBar(Title("bending strain, %", side="right"), len=0.7),
+        colorbar=colour_bar(go.scatter3d.marker.ColorBar, "bending strain, %", 0.7),
     )
-    return Scatter3d(x, y, z, mode="markers", hoverinfo="skip", marker=marker)
+    return go.Scatter3d(x=x, y=y, z=z, mode="markers", hoverinfo="skip", marker=marker)
 
 
 def shaded(points: Floats, triangles: Ints, strain: Floats, top: float) -> NDArray[np.uint8]:

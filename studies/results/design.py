@@ -64,7 +64,8 @@ class Influence:
     """What one tolerance does to one quantity.
 
     ``first`` and ``total`` are Sobol indices of the quantity, ``change`` is the quantity at one standard deviation
-    above the nominal number less that at one below.
+    above the nominal number less that at one below. ``total_within`` is half the 95 % interval of ``total``, by
+    resampling.
     """
 
     tolerance: str
@@ -73,6 +74,7 @@ class Influence:
     change: float
     first: float
     total: float
+    total_within: float | None = optional()
 
 
 @dataclass(frozen=True)
@@ -149,3 +151,9 @@ class DesignSummary:
     inputs_sha256: Mapping[str, str]
     seconds: float
     made: Made | None = optional()
+
+    @property
+    def chosen(self) -> FoundDesign | None:
+        """The design that is judged first: the first robust one, else the first; None where there is none."""
+        robust = [one for one in self.designs if one.kind == "robust"]
+        return next(iter(robust or self.designs), None)

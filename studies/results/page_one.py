@@ -38,6 +38,8 @@ class KeyNumber:
         The verdict; None without a requirement.
     note
         What the number means, or how it comes about.
+    p_low, p_asked
+        Lower end of the 95 % interval of ``p_met``, and the probability that was asked for.
     """
 
     name: str
@@ -48,6 +50,26 @@ class KeyNumber:
     p_met: float | None = None
     met: Met | None = None
     note: str = ""
+    p_low: float | None = optional()
+    p_asked: float | None = optional()
+
+
+@dataclass(frozen=True)
+class ToleranceCost:
+    """What one tolerance costs a design.
+
+    ``given`` says the tolerance in words. ``p_all`` is P(all requirements met) with it half as wide. ``change`` is the
+    quantity that limits the design, at one standard deviation above the nominal number less that at one below, and
+    ``share`` the total Sobol index of that quantity, at most 1, with half its 95 % interval ``within``; None where they
+    are not known.
+    """
+
+    name: str
+    given: str
+    p_all: float
+    change: float | None
+    share: float | None
+    within: float | None
 
 
 @dataclass(frozen=True)
@@ -71,6 +93,11 @@ class PageOne:
 
     ``first`` are sentences that say what to tighten first. ``derived`` are numbers that follow from those of the rig,
     by name, with the unit at the end of it.
+
+    Of a tube for a requirement: ``title`` of the requirement; ``made_of`` says what to buy and to cut, a line a part;
+    ``surely`` how many tubes meet all of it; ``costs`` what each tolerance costs, and ``limiting`` the quantity, with
+    its unit, that they are told of; ``rests_on`` are sentences on what the numbers rest on; ``loop`` names the record
+    of a cycle.
     """
 
     schema: int = 1
@@ -80,6 +107,13 @@ class PageOne:
     first: tuple[str, ...] = ()
     derived: Mapping[str, float] = field(default_factory=dict)
     drawing: str | None = optional()
+    title: str | None = optional()
+    made_of: Mapping[str, str] = field(default_factory=dict)
+    surely: str = ""
+    costs: tuple[ToleranceCost, ...] = ()
+    limiting: str = ""
+    rests_on: tuple[str, ...] = ()
+    loop: str | None = optional()
 
 
 def read_page_one(folder: Path) -> PageOne | None:

@@ -8,13 +8,14 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from fem_models.analytic import simulate_analytic
-from fem_models.chain.solve import solve_chain
+from fem_models.chain.solve import chain_case, followed, solve_chain, tip_angle_deg
 from fem_models.joint import joint_row
-from fem_models.joint.strain import SUPERELASTIC, limits_passed, peak_strain, strain_limits
+from fem_models.joint.strain import largest_strains, peak_strain, strain_limits
 from fem_models.load import LoadProgram, sine, triangle
 from fem_models.rig import Rig
 from fem_models.rig.in_space import rig_in_space_of_tables
@@ -22,8 +23,8 @@ from fem_models.rig.rig_file import rig_of_tables
 from hysteresis import identify
 from hysteresis.arrays import Floats
 from hysteresis.fitting.settings import IdentifySettings
-from hysteresis.records.metrics import loop_width
-from hysteresis.records.record import Record
+from hysteresis.records.metrics import LoopsOverDrive, loop_width, loops_over
+from hysteresis.records.record import MAX_MAGNITUDE, Record
 from studies.engines import solver_of
 from studies.in_space.quantities import groups_in_space, winds_both_ways
 from studies.sweep.inputs import CaseInputs, CaseTables, ProgramTable, with_values
@@ -51,14 +52,17 @@ class Outcome:
 class Run:
     """A simulation that the quantities are computed from.
 
-    ``segments_N``, shape (m, tendons, k), are the tensions along the tendons; ``work_mJ``, shape (m,), is the work of
-    the wheel, None for the analytic model; ``strain`` has the shape (m, N).
+    ``angle_deg`` has shape (m,), ``notches_deg`` (m, N); ``segments_N``, shape (m, tendons, k), are the tensions along
+    the tendons; ``work_mJ``, shape (m,), is the work of the wheel, None for the analytic model; ``strain`` has the
+    shape (m, N). ``record`` gives the record, which few quantities need.
     """
 
-    record: Record
+    angle_deg: Floats
+    notches_deg: Floats
     segments_N: Floats
     work_mJ: Floats | None
     strain: Floats
+    record: Callable[[], Record]
 
 
 def program_of_table(table: ProgramTable, *, one_way: bool = False) -> LoadProgram:
@@ -80,6 +84,18 @@ def program_of_table(table: ProgramTable, *, one_way: bool = False) -> LoadProgr
         assert table.step_mm is not None
         whole = triangle(amplitude, step_mm=table.step_mm, cycles=cycles)
     return _one_way(whole, amplitude, table.rate_Hz) if one_way else whole
+
+
+@lru_cache(maxsize=16)  # a study may vary the amplitude: every case then has its own
+def _drive(table: ProgramTable, one_way: bool) -> LoadProgram:
+    return program_of_table(table, one_way=one_way)
+
+
+@lru_cache(maxsize=16)
+def _loops(table: ProgramTable, one_way: bool) -> LoopsOverDrive | None:
+    """Divide the drive of a program into its loops, the same for all cases; None if it does not count its cycles."""
+    program = _drive(table, one_way)
+    return None if program.cycle is None else loops_over(program.drive_mm, program.cycle)
 
 
 def _one_way(whole: LoadProgram, amplitude: float, rate_Hz: float | None) -> LoadProgram:
@@ -119,24 +135,26 @@ def _evaluate(inputs: CaseInputs, found: Quantities) -> None:
             found |= part
         return
     rig = rig_of_tables(tables.rig, where)
-    program = program_of_table(tables.program, one_way=rig.tendon_b is None)
+    one_way = rig.tendon_b is None
+    program = _drive(tables.program, one_way)
     engine, groups = inputs.engine, inputs.groups
     if engine == "solid":
         found |= _solid(rig, program)
         return
     run = _RUN[engine](rig, program)
     if "loop" in groups:
-        found |= _loop(rig, run)
+        loops = None if engine == "analytic" else _loops(tables.program, one_way)
+        found |= _loop(rig, program, run, loops)
     if "strain" in groups:
-        found |= _strain(rig, run.record.drive, run.strain)
+        found |= _strain(rig, run.strain)
     if "notches" in groups:
-        found |= _notches(run.record)
+        found |= _notches(run)
     if "contributions" in groups:
         with _named("contributions"):
             found |= _contributions(rig, program, engine)
     if "bouc-wen" in groups:
         with _named("bouc-wen"):
-            found |= _bouc_wen(run.record, inputs.seed)
+            found |= _bouc_wen(run.record(), inputs.seed)
 
 
 @contextmanager
@@ -148,13 +166,30 @@ def _named(group: str) -> Iterator[None]:
         raise RuntimeError(f"{group}: {error}") from error
 
 
-def _solver(engine: str) -> Callable[[Rig, LoadProgram], Run]:
-    def run(rig: Rig, program: LoadProgram) -> Run:
-        solution = solver_of(engine)(rig, program)
-        segments = solution.segment_tensions_N[:, : len(rig.tendons)]
-        return Run(solution.record, segments, solution.wheel_work_mJ, solution.peak_strain)
+def _run_chain(rig: Rig, program: LoadProgram) -> Run:
+    """Run the chain without its record, whose checks would cost a third of the simulation.
 
+    Numbers that a record does not take are refused as it refuses them.
+    """
+    case = chain_case(rig, program)
+    done, _ = followed(rig, case)
+    angle, notches, wheel_N = tip_angle_deg(done), np.degrees(done.angles), done.tensions[:, :, 0]
+    strain = peak_strain(case.joints, done.angles, done.longer if case.joints.first.section else None)
+    work = done.energies[:, 0]
+    run = Run(
+        angle, notches, done.tensions[:, : len(rig.tendons)], work, strain, lambda: solve_chain(rig, program).record
+    )
+    if not all(np.abs(part).max() <= MAX_MAGNITUDE for part in (angle, notches, wheel_N)):
+        run.record()
     return run
+
+
+def _run_multibody(rig: Rig, program: LoadProgram) -> Run:
+    solution = solver_of("multibody")(rig, program)
+    record, segments = solution.record, solution.segment_tensions_N[:, : len(rig.tendons)]
+    assert record.notches_deg is not None
+    strain, work = solution.peak_strain, solution.wheel_work_mJ
+    return Run(record.angle_deg, record.notches_deg, segments, work, strain, lambda: record)
 
 
 def _run_analytic(rig: Rig, program: LoadProgram) -> Run:
@@ -162,39 +197,39 @@ def _run_analytic(rig: Rig, program: LoadProgram) -> Run:
     tensions = [record.tension_a_N] + ([] if rig.tendon_b is None else [record.tension_b_N])
     segments = np.stack([np.asarray(tension) for tension in tensions], axis=1)[:, :, None]
     assert record.notches_deg is not None
-    return Run(record, segments, None, peak_strain(joint_row(rig), np.radians(record.notches_deg)))
+    strain = peak_strain(joint_row(rig), np.radians(record.notches_deg))
+    return Run(record.angle_deg, record.notches_deg, segments, None, strain, lambda: record)
 
 
-_RUN = {"chain": _solver("chain"), "multibody": _solver("multibody"), "analytic": _run_analytic}
+_RUN = {"chain": _run_chain, "multibody": _run_multibody, "analytic": _run_analytic}
 
 
-def _loop(rig: Rig, run: Run) -> Quantities:
+def _loop(rig: Rig, program: LoadProgram, run: Run, loops: LoopsOverDrive | None) -> Quantities:
     """Compute the group ``loop``; the analytic model has no loop, so that its widths and energy are NaN."""
-    record, lowest = run.record, float(run.segments_N.min())
+    lowest = float(run.segments_N.min())
     found = {
-        "full_scale_angle_deg": float(np.abs(record.angle_deg).max()),
+        "full_scale_angle_deg": float(np.abs(run.angle_deg).max()),
         "tension_max_N": float(run.segments_N.max()),
         "tension_min_N": lowest,
         "slack_reached": float(lowest <= SLACK * rig.preload_N),
     }
     if run.work_mJ is None:
         return found
-    width = loop_width(record.drive, record.angle_deg, record.cycle)
+    width = loop_width(program.drive_mm, run.angle_deg) if loops is None else loops.width(run.angle_deg)
     found |= {
         "loop_width_max_deg": width.max_deg,
         "loop_width_at_zero_deg": math.nan if width.at_zero_deg is None else width.at_zero_deg,
     }
-    if record.cycle is not None:  # a program from a file does not mark its last cycle
-        begin = int(np.flatnonzero(record.cycle == record.cycle[-1])[0]) - 1
+    if program.cycle is not None:  # a program from a file does not mark its last cycle
+        begin = int(np.flatnonzero(program.cycle == program.cycle[-1])[0]) - 1
         found["dissipated_mJ"] = float(run.work_mJ[-1] - run.work_mJ[begin])
     return found
 
 
-def _notches(record: Record) -> Quantities:
+def _notches(run: Run) -> Quantities:
     """Compute the group ``notches``: where the manipulator bends most, angles in the direction in which it bends."""
-    assert record.notches_deg is not None
-    most = int(np.abs(record.angle_deg).argmax())
-    angles = record.notches_deg[most] * np.sign(record.angle_deg[most])
+    most = int(np.abs(run.angle_deg).argmax())
+    angles = run.notches_deg[most] * np.sign(run.angle_deg[most])
     return {
         "notch_angle_max_deg": float(angles.max()),
         "notch_angle_spread_deg": float(np.ptp(angles)),
@@ -202,16 +237,15 @@ def _notches(record: Record) -> Quantities:
     }
 
 
-def _strain(rig: Rig, drive: Floats, strain: Floats) -> Quantities:
+def _strain(rig: Rig, strain: Floats) -> Quantities:
     """Compute the group ``strain``; empty for measured joints, whose section is not known."""
     if not np.isfinite(strain).all():
         return {}
-    fatigue, plateau, superelastic = limits_passed(drive, strain, strain_limits(rig))
-    margins = {"fatigue_margin": fatigue, "plateau_margin": plateau, "superelastic_margin": superelastic}
-    assert superelastic.limit is SUPERELASTIC
-    return {"peak_strain_percent": 100 * superelastic.largest} | {
-        name: passed.limit.strain / passed.largest if passed.largest > 0 else math.inf
-        for name, passed in margins.items()
+    largest = largest_strains(strain)
+    names = ("fatigue_margin", "plateau_margin", "superelastic_margin")  # in the order of the limits
+    return {"peak_strain_percent": 100 * largest["peak"]} | {
+        name: limit.strain / largest[limit.kind] if largest[limit.kind] > 0 else math.inf
+        for name, limit in zip(names, strain_limits(rig), strict=True)
     }
 
 
@@ -243,7 +277,7 @@ def _solid(rig: Rig, program: LoadProgram) -> Quantities:
     assert record.notches_deg is not None
     bending_rad = np.radians(record.notches_deg - rig.precurvature_deg)
     found = {name: getattr(joint, name) for name in GROUPS["joint"]}
-    return found | _strain(rig, record.drive, per_rad * bending_rad)
+    return found | _strain(rig, per_rad * bending_rad)
 
 
 # Exudyn and gmsh have global state: the threads of a worker must not use them at the same time.

@@ -198,14 +198,24 @@ _DERIVE: dict[str, Callable[[Mapping[str, Any], float], None]] = {
 
 def key_of(inputs: CaseInputs) -> str:
     """Compute the sha256 of a case's inputs, its numbers to the last bit, and of the code that evaluates them."""
-    tables = _as_floats(to_plain(inputs, finite=False)) | {"code": code_version(inputs.engine)}
+    tables = {name: _as_floats(value) for name, value in vars(inputs).items()} | {"code": code_version(inputs.engine)}
     return hashlib.sha256(json.dumps(tables, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
 
 
 def _as_floats(value: Any) -> Any:
-    """Make 5 and 5.0 the same number, and -0.0 and 0.0."""
-    if isinstance(value, Mapping):
+    """Give plain values, 5 and 5.0 as the same number, and -0.0 and 0.0; a study makes a key for each case, twice."""
+    kind = type(value)
+    if kind is float or kind is int:
+        return float(value) + 0.0
+    if kind is dict:
         return {k: _as_floats(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
+    if kind is str or kind is bool or value is None:
+        return value
+    if kind is list or kind is tuple:
         return [_as_floats(v) for v in value]
-    return value if isinstance(value, bool) or not isinstance(value, int | float) else float(value) + 0.0
+    if isinstance(value, ProgramTable):
+        return _as_floats(vars(value))
+    if isinstance(value, Mapping):
+        return _as_floats(dict(value))
+    plain = to_plain(value, finite=False)
+    return plain if type(plain) is kind else _as_floats(plain)

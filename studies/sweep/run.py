@@ -34,15 +34,24 @@ SUMMARY = "study.json"
 SENSITIVITY, PARETO = "sensitivity.json", "pareto.json"
 IN_FLIGHT = 2  # batches a worker: one that runs and one that waits, so that no worker is idle
 _BATCH = {"chain": 16, "analytic": 32}
-"""Number of cases in a batch, about a tenth of a second; slower cases go one at a time."""
+"""Number of cases in a batch until it is known how long one takes; slower cases go one at a time."""
+BATCH_S, MOST_IN_BATCH = 0.25, 256
+"""Time of a batch, and its most cases: handing one out and storing its answer takes some hundredths of a second."""
 
 
 @dataclass
 class Tally:
-    """Number of cases computed so far, and taken from the store."""
+    """Number of cases computed so far, and taken from the store; ``seconds`` is what one of the last batch took."""
 
     computed: int = 0
     stored: int = 0
+    seconds: float = 0.0
+
+    def add(self, outcomes: Sequence[Outcome]) -> None:
+        """Count cases that were computed."""
+        self.computed += len(outcomes)
+        if outcomes:
+            self.seconds = sum(outcome.wall_s for outcome in outcomes) / len(outcomes)
 
 
 @dataclass(frozen=True)
@@ -76,7 +85,11 @@ def run_cases(session: Session, todo: Iterable[Case], total: int, tally: Tally, 
     if first is None:
         return
     width = IN_FLIGHT * session.workers.size
-    size = min(_batch_size(session.study), max(1, math.ceil(total / (2 * width))))
+    most = max(1, math.ceil(total / (2 * width)))
+
+    def size() -> int:
+        return min(_batch_size(session.study, tally), most)
+
     for batch, outcomes in _flow(session, _batches(missing, size, first), width, tally):
         in_flight.difference_update(o.key for o in outcomes)
         report(len(outcomes))
@@ -118,7 +131,7 @@ def _flow(
             with store.transaction():
                 store.keep(outcomes)
                 new = hand_out(list(islice(batches, 1)))
-            tally.computed += len(outcomes)
+            tally.add(outcomes)
         future.release()  # the scheduler deletes it
         submit(new)
         yield batch, outcomes
@@ -143,15 +156,20 @@ def _missing(
             yield case
 
 
-def _batch_size(study: Study) -> int:
-    return 1 if set(study.groups) & set(OPTIONAL_GROUPS) else _BATCH.get(study.engine, 1)
+def _batch_size(study: Study, tally: Tally) -> int:
+    """Give the cases that take :data:`BATCH_S` at the pace of the last batch; no number of a case depends on it."""
+    if set(study.groups) & set(OPTIONAL_GROUPS) or study.engine not in _BATCH:
+        return 1
+    if tally.seconds <= 0.0:
+        return _BATCH[study.engine]
+    return max(1, int(min(MOST_IN_BATCH, BATCH_S / tally.seconds)))
 
 
-def _batches(rest: Iterator[Case], size: int, first: Case) -> Iterator[list[Case]]:
-    batch = [first, *islice(rest, size - 1)]
+def _batches(rest: Iterator[Case], size: Callable[[], int], first: Case) -> Iterator[list[Case]]:
+    batch = [first, *islice(rest, size() - 1)]
     while batch:
         yield batch
-        batch = list(islice(rest, size))
+        batch = list(islice(rest, size()))
 
 
 def _answer(future: Future) -> list[Outcome]:
@@ -221,7 +239,7 @@ def stored_so_far(summary: StudySummary, out: Path) -> str:
 
 def _run_plan(session: Session, plan: Plan, words: str, tally: Tally, *, retry: bool, progress: bool) -> None:
     with bar(progress) as shown:
-        task = shown.add_task(words, total=len(plan))
+        task = shown.add_task(words, total=len(plan), left=True)
         todo = cases(session.study, plan.points())
         run_cases(session, todo, len(plan), tally, retry=retry, report=lambda n: shown.update(task, advance=n))
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from docs.make import dynamics, pages
-from validation.engines.dynamics import Delay, DynamicComparison
+from validation.engines.checks.dynamics import Delay, DynamicComparison
 
 TEMPLATES = sorted((Path(pages.__file__).parent / "templates").glob("*.txt"))
 

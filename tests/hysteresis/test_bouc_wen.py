@@ -6,11 +6,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from closed_branch import branch_closed_form
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from hysteresis.laws.bouc_wen import BoucWen, branch_closed_form, hysteresis, hysteresis_batch
+from hysteresis.laws.bouc_wen import BoucWen, hysteresis, hysteresis_batch
 
 PAPER = BoucWen(A=1.895, beta=0.315, gamma=0.2606, n=1.176)  # eq. 10
 MIRRORED = replace(PAPER, A=-1.895)

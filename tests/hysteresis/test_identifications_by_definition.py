@@ -237,7 +237,7 @@ def test_a_prediction_is_f_and_h_and_the_zero_of_its_record():
     assert fit.f([0.5]).tolist() == [5.25]
     assert (fit.records, fit.drive_range, fit.first_drive, fit.delay_s) == (("a", "b.csv"), (-3.0, 3.0), -1.0, 0.0)
     assert (fit.model.A, fit.model.h0_deg, len(fit.elements), len(fit.models)) == (-0.5, 0.0, 1, 1)
-    assert fit.heldout_mask.sum() == LOOP.size - 30
+    assert fit.heldout_masks[0].sum() == LOOP.size - 30
     columns = fit.columns(1)
     assert columns["heldout"].sum() == LOOP.size - 35
     np.testing.assert_array_equal(columns["predicted_deg"], fit.predict(3 * LOOP, record=1))

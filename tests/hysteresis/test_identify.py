@@ -242,7 +242,7 @@ def test_baseline_is_the_best_curve_without_hysteresis():
     train = hold_out(record).train
     deviation = (record.angle_deg - analytic(record.drive))[train]  # of given kinematics only the zero is free
     assert fit.baseline_train.rmse_deg == pytest.approx(np.std(deviation), rel=1e-9)
-    np.testing.assert_array_equal(fit.heldout_mask, ~train)
+    np.testing.assert_array_equal(fit.heldout_masks[0], ~train)
     np.testing.assert_allclose(fit.plain(record.drive), analytic(record.drive) + deviation.mean(), rtol=0, atol=1e-9)
 
 

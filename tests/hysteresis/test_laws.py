@@ -5,10 +5,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from closed_branch import branch_closed_form
 from scipy.integrate import solve_ivp
 
 from hysteresis.laws.asymmetric import AsymmetricBoucWen, asymmetric_batch, asymmetric_hysteresis
-from hysteresis.laws.bouc_wen import BoucWen, branch_closed_form, hysteresis
+from hysteresis.laws.bouc_wen import BoucWen, hysteresis
 from hysteresis.laws.classical import Classical, force, force_batch
 from hysteresis.laws.prandtl_ishlinskii import plays
 

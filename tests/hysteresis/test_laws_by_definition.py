@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from closed_branch import branch_closed_form
 from made_loops import LOOP
 
 from hysteresis.laws import bouc_wen, flow
 from hysteresis.laws.asymmetric import AsymmetricBoucWen, asymmetric_batch, asymmetric_hysteresis
-from hysteresis.laws.bouc_wen import BoucWen, branch_closed_form, hysteresis, hysteresis_batch
+from hysteresis.laws.bouc_wen import BoucWen, hysteresis, hysteresis_batch
 from hysteresis.laws.classical import force_batch
 from hysteresis.laws.prandtl_ishlinskii import plays
 

@@ -15,14 +15,12 @@ from hysteresis.records.leaps import find_leap, leap_gains
 from hysteresis.records.metrics import (
     _from_one_state,
     _repeats,
-    closed_work_mJ,
     dissipated_area,
     errors,
     leap_between_cycles,
     loop_width,
     noise_floor,
     repeatability_deg,
-    signed_mean_fitness,
 )
 from hysteresis.records.path import branches
 from hysteresis.records.record import Record
@@ -66,14 +64,6 @@ def test_percent_of_range_and_of_the_paper() -> None:
     assert reference == pytest.approx(45.8, abs=0.05)
 
 
-def test_signed_mean_cancels() -> None:
-    measured = np.array([0.0, 10.0, 0.0, 10.0])
-    off = np.array([5, -5, 5, -5])
-    assert signed_mean_fitness(measured, measured + off) == 0
-    assert signed_mean_fitness(measured, measured + 1) == pytest.approx(0.1)  # eq. 8: predicted less measured
-    assert errors(measured, measured + off).rmse_deg == 5
-
-
 @given(
     row=st.lists(st.tuples(st.floats(-90, 90), st.floats(-90, 90)), min_size=2, max_size=30),
     shift=st.floats(-10, 10),
@@ -86,8 +76,6 @@ def test_rmse_is_below_the_largest_error_and_shift_does_not_matter(row: list, sh
     assert e.rmse_deg <= e.max_abs_deg * (1 + 1e-12)
     moved = errors(measured + shift, predicted + shift)
     assert moved.normalised == pytest.approx(e.normalised, rel=1e-6, abs=1e-9)
-    # squares of errors below 1e-154 are nothing to a computer
-    assert abs(signed_mean_fitness(measured, predicted)) <= e.normalised * (1 + 1e-9) + 1e-150
 
 
 @pytest.mark.parametrize(
@@ -100,9 +88,8 @@ def test_rmse_is_below_the_largest_error_and_shift_does_not_matter(row: list, sh
     ],
 )
 def test_errors_refuse(measured: list, predicted: list, expected: str) -> None:
-    for f in (errors, signed_mean_fitness):
-        with pytest.raises(ValueError, match=expected):
-            f(measured, predicted)
+    with pytest.raises(ValueError, match=expected):
+        errors(measured, predicted)
 
 
 # --- width and area --------------------------------------------------------------------------------------------
@@ -217,16 +204,7 @@ def test_decaying_cycles_have_a_width_but_no_area() -> None:
         dissipated_area(drive, angle)
 
 
-def test_work_of_a_friction_slider() -> None:
-    # Spring k in parallel with a slider of force f: work 4 f A a cycle, the spring gives all back; N mm = mJ.
-    k, f, a = 3.0, 0.7, 2.0
-    x = np.array([a, a, 0, -a, -a, 0, a, a, 0, -a, -a, 0, a])
-    way = np.array([1, -1, -1, -1, 1, 1, 1, -1, -1, -1, 1, 1, 1])
-    assert closed_work_mJ(x, k * x + f * way) == pytest.approx(4 * f * a, rel=1e-12)
-    assert closed_work_mJ(x, k * x) == pytest.approx(0, abs=1e-12)
-
-
-@pytest.mark.parametrize("f", [loop_width, dissipated_area, closed_work_mJ])
+@pytest.mark.parametrize("f", [loop_width, dissipated_area])
 def test_loops_refuse(f) -> None:
     with pytest.raises(ValueError, match="no complete cycle"):
         f([0, 1, 2, 3], [0, 1, 2, 3])

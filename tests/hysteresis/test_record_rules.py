@@ -189,21 +189,20 @@ def test_the_width_of_a_loop_is_over_drives_that_both_branches_cover():
     """Up from 0 to 4, down to 1: 1 to 4; 2 deg apart at 3, where it is widest; None at 0."""
     x = np.array([0.0, 1, 2, 3, 4, 3, 2, 1])
     y = np.array([0.0, 1, 2, 3, 4, 5, 3, 1])
-    grid, width = metrics._profile(x, y)
-    assert (grid.tolist(), width.tolist()) == ([1, 2, 3, 4], [0, 1, 2, 0])
+    one = metrics._cycle_over(x, slice(0, 8))
+    assert (one.grid.tolist(), one.width(y).tolist()) == ([1, 2, 3, 4], [0, 1, 2, 0])
     found = metrics.loop_width(np.r_[x, 0], np.r_[y, 0], np.ones(9, dtype=int))
     assert (found.max_deg, found.at_drive, found.at_zero_deg) == (2.0, 3.0, 0.0)
     shifted = metrics.loop_width(np.r_[x, 0] + 1, np.r_[y, 0], np.ones(9, dtype=int))
     assert shifted.at_zero_deg is None
-    assert metrics._profile(np.array([0.0, 1.0, 0.5, 1.5]), np.zeros(4))[0].tolist() == [0.5, 1.0]
+    assert metrics._cycle_over(np.array([0.0, 1.0, 0.5, 1.5]), slice(0, 4)).grid.tolist() == [0.5, 1.0]
 
 
-def test_the_area_of_a_parallelogram_and_the_work_around_it():
+def test_the_area_of_a_parallelogram():
     """From (0, 0) to (2, 2), (1.96, 3), (-0.04, 1) and back: cross product of (2, 2) and (-0.04, 1)."""
     x, y = np.array([0.0, 2.0, 1.96, -0.04, 0.0]), np.array([0.0, 2.0, 3.0, 1.0, 0.0])
     number = np.ones(5, dtype=int)
     assert metrics.dissipated_area(x, y, number) == pytest.approx(2.08)
-    assert metrics.closed_work_mJ(x, y, number) == pytest.approx(-2.08)
     assert metrics.dissipated_area(x, -y, number) == pytest.approx(2.08)
 
 

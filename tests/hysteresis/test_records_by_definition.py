@@ -307,7 +307,6 @@ def test_the_area_is_the_mean_of_the_closed_cycles_alone():
     y = np.array([0.0, 0, 0, 1, 1, 1, 0, 0, 0, 3, 3, 3, 0, 9, 9, 9, 9, 9, 9])
     cycle = np.repeat([1, 2, 3, 4], [6, 7, 4, 2])
     assert metrics.dissipated_area(x, y, cycle) == pytest.approx((2 + 6) / 2)
-    assert metrics.closed_work_mJ(x, y, cycle) == pytest.approx(-(2 + 6) / 2)
 
 
 def test_cycles_repeat_with_those_that_most_others_are_like():

@@ -9,8 +9,7 @@ import time
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import astuple, dataclass, fields, replace
-from pathlib import Path
-from typing import cast, get_args
+from typing import get_args
 
 import numpy as np
 
@@ -205,18 +204,6 @@ def csv_text(results: Iterable[NotchResult]) -> str:
         numbers = (getattr(result, field.name) for field in _RESULT_FIELDS)
         writer.writerow([*astuple(result.case), *(f"{v:.6g}" if isinstance(v, float) else v for v in numbers)])
     return stream.getvalue()
-
-
-def read_results(path: Path) -> list[NotchResult]:
-    """Read a table of :func:`csv_text`."""
-    with path.open(newline="") as stream:
-        return [_from_row(row) for row in csv.DictReader(stream)]
-
-
-def _from_row(row: dict[str, str]) -> NotchResult:
-    numbers = {f.name: float(row[f.name]) for f in _RESULT_FIELDS if f.name != "nodes"}
-    lengths = {f.name: float(row[f.name]) for f in fields(NotchCase) if f.name != "shape"}
-    return NotchResult(NotchCase(cast(NotchShape, row["shape"]), **lengths), **numbers, nodes=int(row["nodes"]))
 
 
 def mesh_run(fillet_mm: float, refinement: float) -> MeshRun:

@@ -16,7 +16,7 @@ from hysteresis.arrays import Floats
 from hysteresis.records.holdout import Split
 from validation.layer import fit_operator
 from validation.layer.comparators import Kind
-from validation.separation.tendon_fit import (
+from validation.measured.tendon_fit import (
     RELATIONS,
     TendonRecord,
     bias_of_noise,
@@ -25,8 +25,8 @@ from validation.separation.tendon_fit import (
     residuals,
     tendon_record,
 )
-from validation.separation.tendon_parts import TendonContributions, tendon_contributions
-from validation.separation.tendon_rig import TendonRig
+from validation.measured.tendon_parts import TendonContributions, tendon_contributions
+from validation.measured.tendon_rig import TendonRig
 
 TRAINING = ("zero-0.10hz", "zero-0.20hz")
 HELD_OUT = ("zero-0.15hz", "zero-0.30hz", "mean-0.02hz")

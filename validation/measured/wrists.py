@@ -36,7 +36,6 @@ YOUNG_GPA = 50.0
 """Young's modulus of the metal: 40 to 60 GPa are reported for such tubes (nepacheco/MastersThesis, commit 4f920c7)."""
 UNLOADED_N = 0.01
 """Force below which a sample shows the shape at rest."""
-TARGET_DEG = 4.0
 
 
 @dataclass(frozen=True)

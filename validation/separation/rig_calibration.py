@@ -114,8 +114,8 @@ class RigCalibration:
     quantile
         Half width of an interval over the standard deviation.
     noise_deg
-        Of the angle, from cycles that repeat or from neighbouring samples. What the rig leaves beyond it is not of the
-        rig: intervals are as many times wider.
+        Of the angle, from cycles that repeat or from neighbouring samples. Intervals are
+        wider by :attr:`misfit` where that is more than 1.
     notes
         What was taken out of the records before the fit.
     condition
@@ -142,7 +142,7 @@ class RigCalibration:
 
     @property
     def misfit(self) -> float:
-        """What the rig leaves over the noise."""
+        """Residual of the rig over the noise."""
         return self.rmse_deg / self.noise_deg
 
 

@@ -1,4 +1,4 @@
-"""Logarithmic derivatives of a loop with respect to the constants of a rig, and which constants move it alike."""
+"""Logarithmic derivatives of a loop with respect to the constants of a rig, and which of them are not distinguished."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from validation.separation.contributions import Loop, closed_loop
 STEP = 0.01
 """Of ln(constant), to either side."""
 ALIKE = 0.99
-"""Magnitude of the cosine of two derivatives above which two constants move the loop nearly alike."""
+"""Magnitude of the cosine of two derivatives above which two constants are not distinguished by a loop."""
 DISTINCT = 0.01
 """Singular value of the derivatives, of unit length each, over the largest one, above which it counts as a way of its
 own in which constants move the loop."""
@@ -39,10 +39,10 @@ class Sensitivity:
 
 @dataclass(frozen=True)
 class Sensitivities:
-    """Sensitivities by the name of the constant in a rig file, and groups of constants that move the loop alike.
+    """Sensitivities by the name of the constant in a rig file, and groups of constants that are not distinguished.
 
     ``tendon.`` stands for both tendons where they are equal. ``ways`` is in how many independent ways all constants
-    move the loop: if they are more, one loop cannot separate them, even where no two of them are alike.
+    move the loop: if they are more, one loop cannot separate them, even where any two of them are distinguished.
     """
 
     of: Mapping[str, Sensitivity]

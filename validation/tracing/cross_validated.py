@@ -122,8 +122,8 @@ def trace_change(
 ) -> Trace:
     """Trace what changed between a reference and records of the same rig.
 
-    Effects that the reference shows act on all records. The error that is left on the reference is the floor: a rig
-    that has not changed leaves as much on the new records. A named effect that predicts the new records as well where
+    Effects that the reference shows act on all records. The error that is left on the reference is the floor: of a rig
+    that has not changed it is as large on the new records. A named effect that predicts the new records as well where
     it acts on all of them is no change: a fast record shows a delay that slow ones of the same rig hide.
 
     Raises
@@ -185,9 +185,8 @@ def _preload_words(fitted: Fitted) -> list[str]:
 def _without_change(trace: Trace, words: Sequence[str]) -> Trace:
     """Name no change that may be of another amplitude or rate of every new record; ``words`` of the records stay.
 
-    A rate alone has made 77 % of the squares look like a late tendon that still left twice the floor, and 86 % like one
-    of six effects. A change is named there that takes most, leaves no more than counts as explained, and is confused
-    with few.
+    Another rate alone may look like an effect, and several effects may explain most of it. A change is named there that
+    explains most, with a residual small enough to count as explained, and that is confused with few.
     """
     if not trace.effects or not {OTHER_AMPLITUDE, OTHER_RATE} & {*words}:
         return trace
@@ -244,7 +243,7 @@ def _shared_baseline(
 
 
 def _left_of_reference(baseline: Fitted, records: int) -> float:
-    """Give the error that the shared baseline leaves on the reference, deg rms."""
+    """Give the error of the shared baseline on the reference, deg rms."""
     return rms(np.concatenate(baseline.errors[records:]))
 
 
@@ -279,8 +278,8 @@ def _reported(trace: Trace, also: str = "") -> Trace:
 def judge_by_folds(found: FoundByFolds, words: Sequence[str], *, reference: int = 0, floor: NoiseFloor) -> Trace:
     """Judge what folds have found: their held-out errors decide.
 
-    A change must take :data:`PARTIAL_SHARE` of the whole mean square: what a reference leaves is no noise. Of 30
-    records of surgical tools that had not changed, 12 exceeded it, and of a small rest an effect soon takes much.
+    A change must take :data:`PARTIAL_SHARE` of the whole mean square: the residual of a reference is
+    no noise. Records of an unchanged rig may exceed it, and an effect soon explains much of a small residual.
 
     Parameters
     ----------
@@ -337,8 +336,8 @@ def judge_by_folds(found: FoundByFolds, words: Sequence[str], *, reference: int 
 def with_still_zone(trace: Trace, zone: StillZone) -> Trace:
     """Name what stands still after reversals beside the effects that lower the error.
 
-    It is never told from friction between wheel and base, and its share of the error is what play operators leave of
-    it: little, if anything.
+    It is never told from friction between wheel and base, and its share of the error is that of the residual of play
+    operators: little, if anything.
     """
     best, unit = zone.fitted, trace.records[0].drive_unit
     words = (

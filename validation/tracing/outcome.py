@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from validation.tracing.inference.decision import Decision
 
 Verdict = Literal["none", "effect", "partial", "ambiguous", "unexplained"]
-"""Nothing is missing; effects are named; effects are named that leave much unexplained; effects are named that others
+"""Nothing is missing; effects are named; effects are named, and much is unexplained; effects are named that others
 explain as well; none is named."""
 
 

@@ -17,8 +17,8 @@ BaselineName = Literal["rig", "equivalent rig", "curve", "play operators"]
 
 SIGNIFICANT, SIGNIFICANT_LOOSE = 1.15, 1.3
 """Rms residual over the noise floor from which there is something to explain. The first value is for the baseline of a
-rig, known or equivalent. The second is for a curve with a loop, which no rig meets exactly, and for what a first effect
-leaves."""
+rig, known or equivalent. The second is for a curve with a loop, which no rig meets exactly, and for the residual of a
+first effect."""
 SMALL_SAMPLE_MARGIN = 3.0
 """Over the square root of the number of samples: by how much the estimated noise may be too small (97.5 % of white
 noise in branches of 16 to 44 samples, by simulation with third differences and five parameters fitted)."""
@@ -27,13 +27,13 @@ AT_FLOOR = 1.5
 EXPLAINED_SHARE = 0.75
 """Part of the mean square above the noise that the effects must explain together to be named."""
 WORTH_NAMING = 0.9
-"""Rms residual after an effect over the one before: an effect that leaves more is not worth naming."""
+"""Rms residual after an effect over the one before: an effect with more is not worth naming."""
 NOT_ALIKE = 0.08
 """Rms residual over half the largest range of the angle: an equivalent rig that is further off did not make the
 records."""
 FAR_BEYOND_CHANCE = 30.0
-"""BIC that one effect must gain where an equivalent rig leaves no more than :data:`SIGNIFICANT` times the noise. In
-twelve practice cases without an effect the best of 23 gained 1 at most (set ``work``)."""
+"""BIC that one effect must gain where the residual of an equivalent rig is at most :data:`SIGNIFICANT` times the noise.
+In twelve cases without an effect the best of 23 gained 1 at most."""
 VERY_STRONG_EVIDENCE = 10.0
 """BIC difference below which effects are not distinguished: very strong evidence starts there (Kass, Raftery 1995, doi
 10.1080/01621459.1995.10476572)."""
@@ -57,12 +57,12 @@ COMPETITOR_BIC = 5 * VERY_STRONG_EVIDENCE
 AT_NOISE = 1.05
 """Rms residual over the noise floor: a fit that is as near needs no other starting point."""
 COMPETITOR_AT_NOISE = 1.5
-"""Mean square over that of a model at the noise: what leaves more needs no other starting point either."""
+"""Mean square over that of a model at the noise: a larger residual needs no other starting point either."""
 OTHER_FORM_SQUARE = 1.5
 """Mean square after the first steps, over that of the effect's best form, up to which another form is fitted to its
 end."""
 GAINS_FAST = 0.5
-"""Mean square after further steps over the one before, up to which an effect that leaves more than its start's
+"""Mean square after further steps over the one before, up to which an effect whose residual exceeds what its start's
 linearised gain says is followed: of a weight of the rings it was 0.02, of a gain of the drive 0.25."""
 RESTS_EARLY = 0.5
 """Rms residual that a baseline's own derivatives predict for its optimum, over the one that it has, below which effects
@@ -101,7 +101,7 @@ class SearchPolicy:
     leading
         Best effects of those, which are also fitted in forms with more parameters and from other starting points.
     follows_gain
-        Whether an effect that leaves more after the first steps than the linearised gain of its start says gets
+        Whether an effect whose residual after the first steps exceeds what the linearised gain of its start says gets
         further ones before it is left behind.
     near, near_at_noise
         Mean square over the least one, after the first steps or at convergence, up to which an effect is fitted to
@@ -109,7 +109,7 @@ class SearchPolicy:
     absorbs_effects
         Whether the baseline is so free that it absorbs a good part of an effect. The search then goes on to the noise,
         each selected effect is exchanged for others, and competitors are fitted from other starting points. Beside a
-        model without or with one effect that leaves no more than noise, another must gain :data:`FAR_BEYOND_CHANCE`.
+        model without or with one effect whose residual is noise, another must gain :data:`FAR_BEYOND_CHANCE`.
     starts_from_declared
         Whether effects are also started beside the declared parameters: the fitted baseline may have absorbed the
         effect.
@@ -170,9 +170,9 @@ KNOWN_RIG_SAMPLES, LEAST_RECORD_SAMPLES = 4000, 200
 EQUIVALENT_RIG_SAMPLES, REFINED_SAMPLES = 300, 1200
 """Samples of a record that an equivalent rig is fitted to at most, about: in the search, and in the final fit."""
 EQUIVALENT_JOINTS, REFINED_PARTS = 6, 2
-"""Joints of an equivalent rig in the search, and parts of each in the final fit. Between slack tendons of a wrist of 14
-joints, six joints are off by 0.2 of the noise where they are fitted and by 0.5 to 0.7 elsewhere (score-6,
-``tendon_slack`` 06, without its noise)."""
+"""Joints of an equivalent rig in the search, and parts of each in the final fit. Between slack
+tendons of a wrist of 14 joints, six joints are off by 0.2 of the noise where they are fitted, and by 0.5 to 0.7
+elsewhere."""
 CURVE_SAMPLES = 600
 """Samples of a record that the curve is fitted to at most, about; turning points are never left out."""
 PRIOR_WEIGHT = 5e-4
@@ -238,8 +238,8 @@ STEPS, MOST_STEPS, FEW_STEPS = 30, 40, 4
 """Least-squares steps of a fit at most: by default, of a fit that has to converge, and of one that is only to show
 which candidates are worth the rest."""
 EARLY_STEPS, LEAST_ABSORBED = 4, 1.1
-"""Steps of an equivalent rig's baseline that do not yet let it absorb an effect; and the mean square that it leaves
-then, over that in the end, from which it has absorbed so much that effects are also started beside the early one."""
+"""Steps of an equivalent rig's baseline that do not yet let it absorb an effect; and its mean square then, over that in
+the end, from which it has absorbed so much that effects are also started beside the early one."""
 DIFFERENCE_STEP = 1e-3
 """Step of finite differences, in coordinates. A moved rig is solved for to first order, so that a smaller step would
 change nothing but the part of rounding and of the residual."""
@@ -266,8 +266,8 @@ optimum for each of them at the ends of the smaller records."""
 LOOP_FACTORS, LOOP_FACTORS_FINAL = (0.5, 2.0), (0.5, 1.6)
 """Factors on it, in the search and at its end."""
 MOST_RESTARTS = 2
-"""Times that a fit on a known rig is started again from other loops, after a better one was found from there: a gain of
-the drive went from loops of 7 deg over 4 deg to the true one of 2 deg."""
+"""Times that a fit on a known rig is started again from other loops, after a better one was found from there: a true
+loop may be two factors away."""
 PROMISING = 1.2
 """Rms training error over that of the fit so far: a fit from another starting point that is as near after a few steps
 is continued."""
@@ -313,12 +313,12 @@ DECIMATIONS = (1, 2, 4, 8)
 MISFIT_ALIKE = 1.15
 """Rms residual over that of the best model, where that is above the noise, up to which a model may be as good."""
 AS_DECLARED = 1.1
-"""Rms residual over the noise up to which measured joints are taken to be as declared: what their stiffness varies by
-along the bend would leave more."""
+"""Rms residual over the noise up to which measured joints are taken to be as declared: a stiffness that varies along
+the bend would give a larger residual."""
 NEAR_NOISE = 2.0**0.5
 """Rms residual of a known rig over the noise up to which it is not unexplained, and up to which no effect is named
-beside measured joints: what these are off by makes as much. Beside a lumped rig with 3 % error, wheels and friction
-were named there. Beside an unknown rig one is named up to there if what it leaves is noise."""
+beside measured joints: what these are off by makes as much. Beside an unknown rig one is named up to there
+if its residual is noise."""
 
 # --- smooth functions of the residual, and tests of dependence -------------------------------------------------------
 
@@ -349,43 +349,44 @@ fitted to it."""
 FOLD_CANDIDATES, FOLD_EFFECTS = 5, 2
 """Effects of a stage that go on to the folds, and effects at most that folds may name one after the other."""
 FURTHER_ALIKE = 1
-"""Effects at most that a further effect may be confused with. Small structure of real records that no effect has made
-is taken by several unlike ones; drag and delay are alike by nature."""
+"""Effects at most that a further effect may be confused with. Several effects may explain small structure
+of real records that none of them made; drag and delay are hard to distinguish by nature."""
 FOLD_ALIKE = 1.05
 """Rms error on held-out data over the best candidate's up to which candidates are not distinguished. Bootstrap
-intervals of a few records are too narrow for less: drag and delay of a catheter are 2 % apart."""
+intervals of a few records are too narrow for less."""
 NOT_TOLD = 0.01
-"""Part of the squares that an effect takes which another one may leave to count as not distinguished, and least part of
-the baseline's that a further effect takes: real records have structure of that size that no model has."""
+"""Part of the squares that an effect explains which another one may fail to explain and still count as not
+distinguished, and least part of the baseline's that a further effect explains: real records have structure of that size
+that no model has."""
 FAR_ABOVE = 2.0
-"""Rms error over the noise up to which a known rig without a missing effect may be off: rigs of another make leave 1.0
-to 1.9 times the noise where their flexures may vary, and an effect must leave noise. Of an unknown rig, held-out error
-over the noise and over the error of the fitted samples beyond which nothing is claimed."""
+"""Rms error over the noise up to which a known rig without a missing effect may be off: the residual of rigs of another
+make is 1.0 to 1.9 times the noise where their flexures may vary, and with an effect it must be noise. Of an unknown
+rig, held-out error over the noise and over the error of the fitted samples beyond which nothing is claimed."""
 MOST_OF_ERROR = 0.6
-"""Part of the mean square above the noise that one effect must take from fitted samples that inner folds hold out,
-to be named where a known rig with effects does not come to the noise."""
+"""Part of the mean square above the noise that one effect must explain of fitted samples that inner folds hold out, to
+be named where the residual of a known rig with effects exceeds the noise."""
 MOST_ALIKE = 2
 """Effects at most that the one named there may be confused with: of more, what takes the error says nothing."""
 PARTIAL_SHARE = 1.0 / 3.0
-"""Part of the mean square above the noise that effects must take from the held-out error to be named; of a change since
-a reference of the whole mean square, too."""
+"""Part of the mean square above the noise that effects must explain of the held-out error to be named; of a change
+since a reference of the whole mean square, too."""
 
 COMPETITOR_MARGIN, COMPETITOR_NOISE, COMPETITOR_FAR = 1.1, 3.0, 5.0
-"""No effects are searched for beside an equivalent rig that leaves more than the held-out error of play operators times
-the first number, where that error is more than the third number times the noise. An equivalent rig with one effect is
-given up where it leaves more than the held-out error of play operators over the first number (its own error is of
-samples that it was fitted to) and more than the second number times the noise. So is an equivalent rig or a curve with
-effects that leaves about what play operators with theirs predict to, or more, and more than the third number times the
-noise: one effect more does not bring it to the noise. Play operators are given effects before the rig where their
-held-out error is more than the second number times the noise."""
+"""No effects are searched for beside an equivalent rig whose residual exceeds the held-out error of play operators
+times the first number, where that error is more than the third number times the noise. An equivalent rig with one
+effect is given up where its residual exceeds the held-out error of play operators over the first number (its own error
+is of samples that it was fitted to) and more than the second number times the noise. So is an equivalent rig or a curve
+with effects whose residual is about the held-out error of play operators with theirs, or larger, and more than the
+third number times the noise: one effect more does not bring it to the noise. Play operators are given effects before
+the rig where their held-out error is more than the second number times the noise."""
 
 NINE_OF_TEN, DETECTION_RUNS, SAME_ACTION = 1.28, 6, 0.1
 """Standard deviations above which nine of ten of a normal distribution lie, runs of the model in which the size of a
 detection limit is found, and how near its action comes to what is needed: the rules are no sharper than a tenth."""
 
 COMPETITOR_FITTED = 1.3
-"""Held-out error of play operators over the error that a curve leaves of samples that it was fitted to, up to which the
-curve is not expected to predict better."""
+"""Held-out error of play operators over the error of a curve on samples that it was fitted to, up to which the curve is
+not expected to predict better."""
 
 # --- next experiment and second opinion ------------------------------------------------------------------------------
 

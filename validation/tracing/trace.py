@@ -503,8 +503,7 @@ def _trace_unknown_geometry(
 def _confirmed(trace: Trace) -> Trace:
     """Give a trace whose model was chosen by all samples the verdict that its held-out samples leave.
 
-    What is taken back predicts no more than the baseline. Three effects of an equivalent rig had come below play
-    operators with a delay that a robot's records had, and nothing was named in the end.
+    Effects that predict no better than the baseline are not named, whatever their fit.
     """
     return partial_above_floor(confirmed_on_heldout(above_noise(trace)))
 

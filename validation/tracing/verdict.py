@@ -145,7 +145,7 @@ def _is_noise(
 ) -> tuple[NoiseFloor, list[str]] | None:
     """Floor and reasons where the baseline's error is noise that neighbouring samples do not show; None otherwise.
 
-    An effect that changes from cycle to cycle, and is ``named``, leaves less to differ.
+    With a ``named`` effect that changes from cycle to cycle, cycles differ less.
     """
     records, error = baseline.model.problem.records, baseline.rmse_deg
     if error <= significant_ratio(baseline, policy) * floor.deg and is_beyond_chance(baseline, named, policy):
@@ -199,7 +199,7 @@ def _as_good(best: Fitted, stages: Stages, alike: float, floor: NoiseFloor) -> l
 
 
 def is_as_good(fitted: Fitted, best: Fitted, floor: NoiseFloor) -> bool:
-    """Whether a model leaves no more than twice of what the best model leaves above the noise, nor far more.
+    """Whether the residual of a model above the noise is at most twice that of the best model, and not far larger.
 
     That is the misfit of the best model, which may not be the right one: the baseline of both is not.
     """
@@ -213,12 +213,12 @@ def _leaves_as_little(square: float, least: float, floor: NoiseFloor) -> bool:
 
 
 def is_explained(trace: Trace) -> bool:
-    """Whether a trace leaves no more than a first effect may leave."""
+    """Whether the residual of a trace is small enough for a first effect."""
     return trace.verdict != "unexplained" and trace.augmented.rmse_deg <= SIGNIFICANT_LOOSE * trace.floor.deg
 
 
 def ended_above_noise(trace: Trace, policy: SearchPolicy) -> bool:
-    """Whether the search may have ended early, at a candidate that leaves what a first effect may leave."""
+    """Whether the search may have ended early, at a candidate whose residual is small enough for a first effect."""
     limit = max(SIGNIFICANT_LOOSE, significant_ratio(trace.baseline, policy))
     return any(c.fitted.rmse_deg <= limit * c.fitted.noise.deg for c in trace.candidates)
 
@@ -243,7 +243,7 @@ def predicts_better(by_folds: Trace, other: Trace) -> bool:
 
 
 def confirmed_on_heldout(trace: Trace) -> Trace:
-    """Take effects back that leave the held-out error far above the noise, and no lower than it was.
+    """Drop effects with which the held-out error stays far above the noise, and no lower than it was.
 
     A baseline that meets the held-out samples at the noise by chance does not speak against an effect that does, too.
     """
@@ -255,10 +255,10 @@ def confirmed_on_heldout(trace: Trace) -> Trace:
 
 
 def is_too_little(trace: Trace) -> bool:
-    """Whether an equivalent rig leaves little more than noise, and no effect takes that to the noise.
+    """Whether the residual of an equivalent rig is little more than noise, and with no effect becomes noise.
 
-    A rig that is not declared may be of another make, whose friction and flexures follow other laws. What those leave
-    is taken in part by several effects, and seldom by one as a whole.
+    A rig that is not declared may be of another make, whose friction and flexures follow other laws. Several effects
+    explain part of that residual, and seldom one all of it.
     """
     if trace.model != EQUIVALENT_RIG.name or trace.baseline.rmse_deg > NEAR_NOISE * trace.floor.deg:
         return False
@@ -267,11 +267,11 @@ def is_too_little(trace: Trace) -> bool:
 
 
 def left_near_noise(trace: Trace) -> Trace:
-    """Take effects of a known rig back whose baseline is near the noise, and which leave more than noise.
+    """Drop effects of a known rig whose baseline is near the noise, if the residual with them exceeds the noise.
 
-    A rig of another make leaves up to :data:`FAR_ABOVE` times the noise. Of clean ones a loss of the loop took half of
-    1.5 times the noise, and slack came to it on what was fitted alone. Measured joints are given no effect up to
-    :data:`NEAR_NOISE` of the fitted samples: wheels of another radius were named there.
+    The residual of a rig of another make is up to :data:`FAR_ABOVE` times the noise without any effect, and effects
+    may explain part of that. Measured joints are given no effect up to :data:`NEAR_NOISE` of the fitted samples, since
+    their own error is as large.
     """
     baseline, floor = trace.baseline, trace.floor.deg
     fitted = baseline.train_rmse_deg
@@ -287,10 +287,10 @@ def left_near_noise(trace: Trace) -> Trace:
 
 
 def above_noise(trace: Trace) -> Trace:
-    """Find nothing missing where the baseline, fitted to its end, leaves no more than noise.
+    """Find nothing missing where the baseline, fitted to its end, has a residual of noise.
 
-    Without an effect to name, that is what a first effect may leave. Of a rig that is not declared more may be left
-    (:func:`is_too_little`).
+    Without an effect to name, that is the residual allowed for a first effect. Of a rig that is not declared more may
+    be left (:func:`is_too_little`).
     """
     error, over = trace.baseline.rmse_deg, SIGNIFICANT if trace.effects else SIGNIFICANT_LOOSE
     if trace.verdict != "none" and is_too_little(trace):
@@ -306,7 +306,7 @@ def _none(trace: Trace, reason: str) -> Trace:
 
 
 def _is_beyond_noise(trace: Trace) -> bool:
-    """Whether effects beside a baseline that leaves no more than noise are beyond chance, and predict better."""
+    """Whether effects beside a baseline whose residual is noise are beyond chance, and predict better."""
     predicts = trace.augmented.heldout_rmse_deg < trace.baseline.heldout_rmse_deg
     return predicts and is_beyond_chance(trace.baseline, trace.augmented, POLICIES[trace.model])
 
@@ -345,12 +345,12 @@ def _traced(trace: Trace) -> Sequence[PreparedRecord]:
 
 
 def named_in_part(trace: Trace, threads: int = 2) -> Trace:
-    """Name the effect that takes most of an error, if inner folds confirm it, where no model comes to the noise.
+    """Name the effect that explains most of an error, if inner folds confirm it, where no model reaches the noise.
 
     The best single effect must take :data:`MOST_OF_ERROR` of the mean square above the noise, beyond its interval, from
     fitted samples that each inner fold has not seen, and few others may do as well; the held-out ones choose nothing.
-    Without such an effect a trace that names none stays as it is; what was named is taken back up to :data:`FAR_ABOVE`
-    times the noise. Further effects take what a baseline lacks that is not right, and are not named.
+    Without such an effect a trace that names none stays as it is; what was named is dropped up to :data:`FAR_ABOVE`
+    times the noise. Further effects make up for a baseline that is not right, and are not named.
     """
     single = [c.fitted for c in trace.candidates if len(c.names) == 1 and not implausible(c.fitted)]
     near = trace.baseline.train_rmse_deg < FAR_ABOVE * trace.floor.deg
@@ -372,7 +372,7 @@ def named_in_part(trace: Trace, threads: int = 2) -> Trace:
 
 
 def _alike_alone(best: Fitted, single: Sequence[Fitted], floor: NoiseFloor) -> tuple[str, ...]:
-    """Other effects that leave about as little of the fitted samples by themselves, the nearest first."""
+    """Other effects that fit about as well by themselves, the nearest first."""
     left = best.train_rmse_deg**2
     alike = [g for g in single if g is not best and _leaves_as_little(g.train_rmse_deg**2, left, floor)]
     names = dict.fromkeys(g.names[0] for g in sorted(alike, key=lambda g: g.train_rmse_deg))
@@ -386,7 +386,7 @@ def taken_back(trace: Trace, reason: str) -> Trace:
 
 
 def with_remaining_error(trace: Trace) -> Trace:
-    """Say how much the named effects leave where that is more than noise: of the fit that is reported."""
+    """Say how large the residual with the named effects is where it exceeds the noise: of the fit that is reported."""
     best, noise = trace.augmented, trace.floor.deg
     if best is trace.baseline or best.fold_errors is not None or best.rmse_deg <= AT_FLOOR * noise:
         return trace
@@ -399,8 +399,8 @@ def partial_above_floor(trace: Trace) -> Trace:
 
     They must take :data:`PARTIAL_SHARE` of the mean square above the noise from it, or nothing is named; of a known rig
     within :data:`FAR_ABOVE` times the noise they must not raise it. Several effects of an unknown rig are not named so:
-    they take what its model lacks. Nor is what more than :data:`MOST_ALIKE` others take as well; a first effect of a
-    known rig stays, if it takes most by itself.
+    they make up for what its model lacks. Nor is what more than :data:`MOST_ALIKE` others explain as well; a first
+    effect of a known rig stays, if it explains most by itself.
     """
     if trace.verdict not in ("effect", "ambiguous", "partial"):
         return trace
@@ -425,10 +425,9 @@ def partial_above_floor(trace: Trace) -> Trace:
 
 
 def _first_alone(trace: Trace) -> Trace | None:
-    """Leave a known rig the first of its effects, where it takes :data:`MOST_OF_ERROR` of what is fitted by itself.
+    """Keep the first effect of a known rig alone, where it explains :data:`MOST_OF_ERROR` of what is fitted.
 
-    A loss of preload took 6.4 times the noise to 2.3; a further effect took little, five of them alike, and both were
-    taken back for it.
+    A further effect that explains little, and is not distinguished from several others, is no reason against the first.
     """
     single = [c.fitted for c in trace.candidates if len(c.names) == 1 and not implausible(c.fitted)]
     first = min((g for g in single if g.names == trace.names[:1]), key=lambda g: g.train_square, default=None)

@@ -1,4 +1,4 @@
-"""Puts scores into ``docs/validation/benchmark.md``: ``python -m docs.make.benchmark WAY.json ...``.
+"""Puts scores into a page: ``python -m docs.make.benchmark WAY.json ...``.
 
 Each file is a score that ``notchbend practice score --out`` wrote; its name is that of the way, such as tracer.json.
 """
@@ -16,7 +16,7 @@ from hysteresis.records.record import RecordError
 from validation.practice.benchmark.scoring import ALL, BenchmarkScore
 from validation.practice.summary import Rate
 
-PAGE = DOCS / "validation" / "benchmark.md"
+PAGE = DOCS / "archive" / "practice-2026.md"
 COMMAND = "docs.make.benchmark"
 
 

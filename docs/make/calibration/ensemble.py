@@ -138,8 +138,8 @@ def narrowing_table(rigs: Sequence[Rig], widths: Mapping[str, Floats], wanted: M
     best = min(left, key=lambda name: left[name][order[0]])
     most = max(left, key=lambda name: sum(left[name][target] <= HALF for target in order))
     words = (
-        f'The widest range is that of "{order[0]}". "{best}" leaves {100 * left[best][order[0]]:.0f} % of it. '
-        f'"{most}" halves the most of the six widest: {sum(left[most][t] <= HALF for t in order)}.'
+        f'The widest range is that of "{order[0]}". "{best}" narrows it to {100 * left[best][order[0]]:.0f} %. '
+        f'"{most}" at least halves the most of the six widest: {sum(left[most][t] <= HALF for t in order)}.'
     )
     return words + "\n\n" + table(["measurement", "members read", *order], rows)
 

@@ -33,9 +33,9 @@ def read_spreadsheet(path: Path, content: bytes, sheet: str | None = None) -> Be
     """
     sheets = _sheets(path, content, sheet)
     found, failed = dict[str, Layout](), list[RecordError]()
-    for name, (lines, rows) in sheets.items():
+    for name, grid in sheets.items():
         try:
-            found[name] = layout_of(Grid(path, lines, rows, []))
+            found[name] = layout_of(grid)
         except RecordError as error:
             failed.append(error)
     if len(found) > 1:
@@ -54,7 +54,7 @@ def read_spreadsheet(path: Path, content: bytes, sheet: str | None = None) -> Be
     )
 
 
-def _sheets(path: Path, content: bytes, sheet: str | None) -> dict[str, tuple[list[int], list[Sequence[Cell]]]]:
+def _sheets(path: Path, content: bytes, sheet: str | None) -> dict[str, Grid]:
     """Give the cells of the sheets, or of the one that is asked for, with the numbers of their rows."""
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
@@ -90,7 +90,7 @@ def _named(path: Path, names: Sequence[str], sheet: str) -> str:
     raise RecordError(f"{path}: --sheet {quoted(sheet)}: expected one of {listed(map(repr, names))}")
 
 
-def _cells(path: Path, sheet: Any) -> tuple[list[int], list[Sequence[Cell]]]:
+def _cells(path: Path, sheet: Any) -> Grid:
     sheet.reset_dimensions()  # what the file says of them may be wrong
     lines, rows, empty, width, count = list[int](), list[Sequence[Cell]](), 0, 0, 0
     for number, row in enumerate(sheet.iter_rows(values_only=True), start=1):
@@ -109,7 +109,7 @@ def _cells(path: Path, sheet: Any) -> tuple[list[int], list[Sequence[Cell]]]:
             raise RecordError(f"{path}: sheet {quoted(sheet.title)}: expected at most {MOST_CELLS:,} cells")
         lines.append(number)
         rows.append([_plain(cell) for cell in cells])
-    return lines, [[*row, *[None] * (width - len(row))] for row in rows]
+    return Grid(path, lines, [[*row, *[None] * (width - len(row))] for row in rows], comments=[])
 
 
 def _plain(cell: Any) -> Cell:

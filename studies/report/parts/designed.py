@@ -45,10 +45,8 @@ def read_designed(folder: Path) -> DesignSection | None:
     if not present(path):
         return None
     found = read_result(DesignSummary, path, WHAT)
-    robust = [one for one in found.designs if one.kind == "robust"]
-    chosen = next(iter(robust or found.designs), None)
     command = "notchbend design REQUIRE.toml --out DIR" if found.made is None else found.made.command
-    return DesignSection(found, chosen, _plate(found), command)
+    return DesignSection(found, found.chosen, _plate(found), command)
 
 
 def _plate(found: DesignSummary) -> Drawn | None:
@@ -67,13 +65,13 @@ def _plate(found: DesignSummary) -> Drawn | None:
     return draw(Plate((chart,), f"{alt} Robust ones meet the requirements as surely as was asked.", columns=1))
 
 
-def designed_verdicts(section: DesignSection) -> list[Verdict]:
-    """Give how many tubes meet the requirements, and each requirement of the chosen one."""
+def designed_verdicts(section: DesignSection, *, alone: bool = True) -> list[Verdict]:
+    """Give how many tubes meet the requirements, and, ``alone``, without a first page, each one of the chosen tube."""
     r, one, command = section.result, section.chosen, section.command
     state: State = "holds" if r.feasible and not r.warnings else "look"
     words = "; ".join(r.warnings) or "meet all requirements with their nominal numbers"
-    out = [Verdict(state, "Tubes", f"{r.feasible} of {r.tried}", words, "design", command)]
-    for row in one.verdicts if one is not None else ():
+    out = [Verdict(state, "Tubes", f"{r.feasible} of {r.tried}", words, "designs", command)]
+    for row in one.verdicts if one is not None and alone else ():
         bounds = " and ".join(
             f"{side} {bound:g} {_unit(row.unit)}".rstrip()
             for side, bound in (("at least", row.low), ("at most", row.high))
@@ -82,7 +80,9 @@ def designed_verdicts(section: DesignSection) -> list[Verdict]:
         chance = "" if row.p_met is None else f"; P(met) {row.p_met.value:.3f}, asked {row.confidence:g}"
         good: State = "holds" if row.decision == "met" else "look"
         value = f"{row.value:.4g} {_unit(row.unit)}".rstrip()
-        out.append(Verdict(good, words_of(row.quantity), value, f"{row.decision}: {bounds}{chance}", "design", command))
+        out.append(
+            Verdict(good, words_of(row.quantity), value, f"{row.decision}: {bounds}{chance}", "designs", command)
+        )
     return out
 
 

@@ -21,14 +21,31 @@ if TYPE_CHECKING:
 
 REQUIRE = "require"
 """Attribute of a study's dataset: its bounds, JSON, by quantity with ``min`` and ``max``."""
-LIMITS: Mapping[str, tuple[float | None, float | None, str]] = {
-    "fatigue_margin": (1.0, None, "fatigue at 10^7 cycles, 0.4 % alternating strain"),
-    "superelastic_margin": (1.0, None, "6 %, the strain to which superelasticity is tested"),
-    "slack_reached": (None, 0.0, "no tendon falls slack"),
-}
-"""Quantities of a study that a design has to keep without other words: least, most, and what they say."""
 _MOST_LARGE = 300  # cases up to which their marks do not hide each other
 ANGLE, WIDTH = "full_scale_angle_deg", "loop_width_max_deg"
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Least and most of a quantity, None for no bound, and what the limit says."""
+
+    quantity: str
+    low: float | None
+    high: float | None
+    words: str
+
+    def kept(self, values: Floats) -> Mask:
+        """Tell which values, of any shape, are within."""
+        low, high = (-np.inf if self.low is None else self.low), (np.inf if self.high is None else self.high)
+        return (values >= low) & (values <= high)
+
+
+LIMITS = (
+    Limit("fatigue_margin", 1.0, None, "fatigue at 10^7 cycles, 0.4 % alternating strain"),
+    Limit("superelastic_margin", 1.0, None, "6 %, the strain to which superelasticity is tested"),
+    Limit("slack_reached", None, 0.0, "no tendon falls slack"),
+)
+"""What a design has to keep without other words."""
 
 
 @dataclass(frozen=True)
@@ -79,19 +96,18 @@ def feasibility(data: xr.Dataset) -> Feasible | None:
         return None
     done = data["status"].values == "ok"
     kept, counts = done.copy(), []
-    for name, (low, high, words) in limits.items():
-        values = data[name].values.astype(float)
-        good = done & (values >= (-np.inf if low is None else low)) & (values <= (np.inf if high is None else high))
-        counts.append(LimitCount(name, words, int(good.sum())))
+    for limit in limits:
+        good = done & limit.kept(data[limit.quantity].values.astype(float))
+        counts.append(LimitCount(limit.quantity, limit.words, int(good.sum())))
         kept &= good
     return Feasible(int(done.sum()), int(kept.sum()), tuple(counts), _best(data, done, kept), kept)
 
 
-def _limits(data: xr.Dataset) -> dict[str, tuple[float | None, float | None, str]]:
+def _limits(data: xr.Dataset) -> list[Limit]:
     """Give the limits of the quantities that a study has."""
     given = json.loads(str(data.attrs.get(REQUIRE, "{}")))
-    asked = {name: (row["min"], row["max"], _words(name, row["min"], row["max"])) for name, row in given.items()}
-    return {name: row for name, row in (asked or LIMITS).items() if name in data}
+    asked = [Limit(name, row["min"], row["max"], _words(name, row["min"], row["max"])) for name, row in given.items()]
+    return [limit for limit in asked or LIMITS if limit.quantity in data]
 
 
 def _words(name: str, low: float | None, high: float | None) -> str:

@@ -10,7 +10,7 @@
   })();
 
   const named = (key, value) =>
-    typeof value === "string" && value.startsWith("$") ? css(value.slice(1)) : value;
+    typeof value === "string" && value.startsWith("var(--") ? css(value.slice(6, -1)) : value;
 
   function layoutOf(own, solid) {
     const clear = "rgba(0,0,0,0)";

@@ -18,7 +18,7 @@ from fem_models.rig.effects import Backlash, Closure, Creep, Drag, Gravity, Slac
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel, with_notch
 from hysteresis.records.metrics import loop_width
-from validation.engines.chain_multibody import EFFECTS, compare_chain, comparison_program, comparison_rigs
+from validation.engines.checks.chain_multibody import EFFECTS, compare_chain, comparison_program, comparison_rigs
 
 SHORT = triangle(2.2, step_mm=0.1)
 

@@ -1,5 +1,6 @@
 """Stiffness of one notch against closed forms and a fine Timoshenko beam."""
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -8,10 +9,21 @@ import skfem
 from notched_rigs import PAIR, SHEAR, WRIST, YOUNG, V, make_rig, planar
 from scipy.integrate import quad
 
-from fem_models.joint.flexure import beam, flexure, root_length_mm
+from fem_models.joint.flexure import (
+    Elasticity,
+    _graded_gauss,
+    _kinks,
+    beam,
+    beam_of_notch,
+    flexure,
+    root_length_mm,
+)
 from fem_models.joint.section import section
 from fem_models.rig import Rig
+from fem_models.rig.joints import Notch, NotchedTube, Tube
 from fem_models.rig.rig import with_notch
+
+METAL = Elasticity(YOUNG, SHEAR, 0.33)
 
 
 def test_full_tube_when_the_depth_vanishes():
@@ -27,6 +39,39 @@ def test_flexure_of_a_v_is_the_integral_over_planar_cuts():
     assert beam(V).bending_Nmm_per_rad == pytest.approx(YOUNG / (2 * bend), rel=1e-7)
     axial = quad(lambda z: 1 / planar(V, z)[0], 0, 0.6, points=[0.3, 0.6 - 0.3 * 0.3 / 2.72], epsrel=1e-9)[0]
     assert beam(V).axial_N_per_mm == pytest.approx(YOUNG / (2 * axial), rel=1e-7)
+
+
+TUBES = [
+    (6.2, 5.4, 2.72, 1.2, 0.4),
+    (1.16, 0.86, 0.57, 0.3, 0.0),
+    (3.0, 2.97, 1.2, 2.0, 0.01),
+    (2.0, 0.4, 0.9, 0.8, 0.7),
+]
+"""Outer and inner diameter, depth, width and root of a V, mm; the last but one has the thinnest wall."""
+
+
+@pytest.mark.parametrize(("outer", "inner", "depth", "width", "root"), [*TUBES, (2.0, 1.0, 0.3, 0.5, 0.1)])
+def test_compiled_integrals_of_a_v_are_those_of_its_sections(outer, inner, depth, width, root):
+    """The same points, their sections by numpy; the last notch ends within the wall."""
+    joint = NotchedTube(Tube(outer, inner), Notch("v_pair", 5, depth, width, 1.0, root))
+    ours = beam_of_notch(joint, METAL)
+    z, weights = _graded_gauss([0.0, *_kinks(joint), width / 2])
+    s = section(joint, z)
+    assert ours.bending_Nmm_per_rad == pytest.approx(0.5 * YOUNG / ((1 / s.second_moment_mm4) @ weights), rel=1e-13)
+    assert ours.axial_N_per_mm == pytest.approx(0.5 * YOUNG / ((1 / s.area_mm2) @ weights), rel=1e-13)
+
+
+def test_a_notch_within_the_wall_has_its_kink_at_the_root_alone():
+    tube = NotchedTube(Tube(2.0, 1.0), Notch("v_pair", 5, 0.3, 0.5, 1.0, 0.1))
+    bend = quad(lambda z: 1 / section(tube, z).second_moment_mm4, 0, 0.25, points=[0.05], epsrel=1e-11)[0]
+    assert beam_of_notch(tube, METAL).bending_Nmm_per_rad == pytest.approx(0.5 * YOUNG / bend, rel=1e-10)
+
+
+def test_shear_of_a_notch_is_worked_out_when_it_is_asked_for():
+    joint = flexure(V)
+    assert "shear_N_per_mm" not in vars(joint)
+    assert pickle.loads(pickle.dumps(joint)) == joint == flexure(V)
+    assert f"shear_N_per_mm={joint.shear_N_per_mm!r}" in repr(joint)
 
 
 def test_uniform_flexure_is_that_of_the_closed_form():

@@ -1,6 +1,7 @@
 """The law of a measured joint from its curve: the curve comes back, engines that lack it say so."""
 
 import math
+import re
 from dataclasses import replace
 
 import meshio
@@ -11,8 +12,10 @@ from fem_models.analytic import simulate_analytic
 from fem_models.joint import joint_mechanics
 from fem_models.joint.law_of_curve import law_of_curve, without_law
 from fem_models.joint.superelastic import flag_fibres
-from fem_models.load import triangle
+from fem_models.load import LoadProgram, triangle
+from fem_models.multibody import solve_multibody
 from fem_models.rig import RigError, preset
+from fem_models.rig.checks import SolverError
 from fem_models.rig.joints import MeasuredJoint
 from fem_models.spatial.rig import spatial_rig
 from studies.drawings.curves import curve_of_vtu, rig_of_curve
@@ -110,3 +113,14 @@ def test_steps_of_finite_elements(tmp_path):
     angle, moment = curve_of_vtu(tmp_path / "step-1.vtu")
     assert np.degrees(angle) == pytest.approx([0, 4, 8])
     assert moment == pytest.approx([0, 8, 16])
+
+
+@pytest.mark.slow
+def test_rings_that_meet_along_the_tendon_are_told_in_one_line():
+    """A flat curve bends one joint alone; its rings meet at 2 asin(pitch / 5 over twice the arm), by hand."""
+    rig = replace(BASE, joint=law_of_curve(UP, softening(UP), "a").joint(1, 2.6))
+    meet = math.degrees(2 * math.asin(0.2 * 2.6 / (2 * BASE.tendon_a.moment_arm_mm)))
+    with pytest.raises(SolverError, match="where its rings meet along the tendon") as error:
+        solve_multibody(rig, LoadProgram(np.linspace(0.0, 1.4, 5)))
+    assert "\n" not in str(error.value)
+    assert float(re.search(r"bent to ([\d.]+) deg", str(error.value)).group(1)) == pytest.approx(meet, rel=0.02)

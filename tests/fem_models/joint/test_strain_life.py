@@ -29,9 +29,27 @@ def test_at_the_transformation_life_is_below_1e5():
 
 
 def test_exponent_lies_in_the_range_of_the_source():
-    """Ten times the amplitude shortens life by 10^(1/c), c from 0.40 to 0.56."""
+    """Ten times the amplitude shortens life by 10^(1/c), c from 0.40 (source) to 0.56 (assumed)."""
     ratio = nitinol_life(KNEE, 0.0, KNEE).median / nitinol_life(10 * KNEE, 0.0, KNEE).median
     assert 10 ** (1 / 0.56) < ratio < 10 ** (1 / 0.40)
+
+
+def test_the_assumed_exponent_widens_the_interval():
+    """By hand at ten times the amplitude: slopes from 1/0.40, each end with the least favourable upper exponent."""
+    life, other = nitinol_life(10 * KNEE, 0.0, KNEE), math.hypot(
+        0.475 * math.log(5), 1.96 * math.sqrt(math.log1p(0.3**2))
+    )  # fmt: skip
+
+    def ends(most):
+        slopes, ratio = (2.5, 1 / most), math.log(10)
+        wide = math.hypot(other, 0.475 * (slopes[0] - slopes[1]) * ratio)
+        median = math.sqrt(2e4 * 1e5) * math.exp(-0.5 * sum(slopes) * ratio)
+        return median * math.exp(-wide), median * math.exp(wide)
+
+    assert life.low == pytest.approx(min(ends(most)[0] for most in (0.48, 0.64)))
+    assert life.high == pytest.approx(max(ends(most)[1] for most in (0.48, 0.64)))
+    assert ends(0.56)[0] > life.low
+    assert ends(0.56)[1] < life.high
 
 
 def test_life_falls_with_amplitude_and_the_interval_widens():

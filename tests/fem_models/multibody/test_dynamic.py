@@ -19,7 +19,7 @@ from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.rig import Friction, with_notch
 from hysteresis.records.metrics import loop_width
 from studies.commands.cli import call
-from validation.engines.dynamics import Delay, compare_dynamic, delay, energy_gap
+from validation.engines.checks.dynamics import Delay, compare_dynamic, delay, energy_gap
 
 DU2018 = preset("du2018")
 TENDON = replace(DU2018.tendon_a, toe_N=0.0)

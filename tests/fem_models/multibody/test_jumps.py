@@ -11,7 +11,7 @@ from fem_models.rig import Rig
 from fem_models.rig.effects import TipLoad
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel
-from validation.engines.workshop_rigs import workshop_rig
+from validation.engines.checks.workshop_rigs import workshop_rig
 
 STIFFNESS, PITCH, ARM, FORCE = 100.0, 10.0, 2.0, 24.0
 TENDON = Tendon(EA_N=5000.0, moment_arm_mm=ARM, free_length_mm=10_990.0)  # so soft by its length: rings are rigid

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fem_models.analytic import theory_curve
-from fem_models.analytic.kinematics import drive_for_angle_mm, tip_pose
+from fem_models.analytic.kinematics import angle_for_drive_rad, tip_pose
 from fem_models.chain import simulate_chain
 from fem_models.joint import joint_mechanics
 from fem_models.joint.flexure import flexure
@@ -51,8 +51,8 @@ def test_rigid_tendons_leave_only_the_path():
     # get shorter by the chords across the notches, 2e-3 mm here, which preload must take up or the tendon falls slack.
     rig = linear(preset("du2018"), EA_N=1e6)
     record = simulate_multibody(rig, triangle(1.0, step_mm=0.25))
-    expected = drive_for_angle_mm(rig, np.radians(record.angle_deg))
-    np.testing.assert_allclose(record.drive, expected, atol=2e-4)
+    expected = angle_for_drive_rad(rig, record.drive)
+    np.testing.assert_allclose(np.radians(record.angle_deg), expected, atol=2e-4 / rig.tendon_a.moment_arm_mm)
     arm = rig.tendon_a.moment_arm_mm
     np.testing.assert_allclose(record.drive, arm * np.radians(record.angle_deg), atol=2e-3)
 

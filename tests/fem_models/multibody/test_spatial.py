@@ -27,7 +27,7 @@ from fem_models.spatial import (
     wheel_drives,
     with_masses,
 )
-from validation.engines.workshop_rigs import workshop_wrist
+from validation.engines.checks.workshop_rigs import workshop_wrist
 
 RIG = preset("du2018")
 CAPSTAN = replace(RIG, friction=Friction(0.1, 0.05, 0.2))

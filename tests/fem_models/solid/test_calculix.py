@@ -4,11 +4,11 @@ import shutil
 
 import numpy as np
 import pytest
+from calculix import CalculixError, calculix_stiffness, read_reactions, write_input
 
 from fem_models.rig import preset
 from fem_models.rig.joints import Notch
 from fem_models.rig.rig import with_notch
-from fem_models.solid.calculix import CalculixError, calculix_stiffness, read_reactions, write_input
 from fem_models.solid.linear import cells, end_nodes, snr_stiffness, solid_snr
 
 RIG = preset("du2018")

@@ -10,7 +10,7 @@ from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.rig import Material, Rig, Tendon, Wheel
 from fem_models.spatial import SpatialSettings, WheelProgram, of_rig_in_space, solve_spatial, spatial_rig, wheel_drives
 from fem_models.spatial.motion.steps import at_rest, moved_to
-from validation.engines.workshop_rigs import workshop_wrist
+from validation.engines.checks.workshop_rigs import workshop_wrist
 
 ARM, GAP, PRELOAD, STIFF, REST_DEG = 2.0, 10.0, 18.0, 1.0, 5.0
 TENDON = Tendon(EA_N=2000.0, moment_arm_mm=ARM, free_length_mm=2000.0)

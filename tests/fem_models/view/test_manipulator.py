@@ -2,7 +2,6 @@ import os
 import subprocess
 import sys
 
-import meshio
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -18,7 +17,7 @@ from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
 from fem_models.rig.rig import Material, Tendon, Wheel
 from fem_models.view import SceneError, render
 from fem_models.view import manipulator as scene
-from fem_models.view.manipulator import tendon_lines, tube_mesh, write_vtu
+from fem_models.view.manipulator import tendon_lines, tube_mesh
 from studies.report.tube import DETAIL, coarse_surface
 
 MATERIAL = Material(youngs_modulus_GPa=60.0, poissons_ratio=0.3)
@@ -201,22 +200,6 @@ def test_a_rig_of_measured_joints_is_drawn_as_rings_of_its_moment_arm():
 def test_wrong_angles_are_named(angles):
     with pytest.raises(SceneError, match="expected 14 finite angles"):
         tube_mesh(V_PAIR, angles)
-
-
-def test_vtu_holds_the_wall_and_its_strain(tmp_path):
-    path = tmp_path / "bent.vtu"
-    write_vtu(SLOT_PAIR, even(SLOT_PAIR, 20.0), path)
-    mesh = meshio.read(path)
-    points, cells, strain = scene._bent_wall(SLOT_PAIR, even(SLOT_PAIR, 20.0))
-    np.testing.assert_array_equal(mesh.cells_dict["hexahedron"], cells)
-    np.testing.assert_allclose(mesh.points, points)
-    np.testing.assert_allclose(mesh.point_data["strain_percent"], strain)
-    assert [p.name for p in tmp_path.iterdir()] == ["bent.vtu"]
-
-
-def test_missing_folder_is_named(tmp_path):
-    with pytest.raises(SceneError, match="expected a folder that can be written to"):
-        write_vtu(SLOT_PAIR, even(SLOT_PAIR, 20.0), tmp_path / "no" / "bent.vtu")
 
 
 @pytest.fixture(scope="module")

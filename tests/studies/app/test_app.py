@@ -18,8 +18,8 @@ from hysteresis.records.metrics import loop_width
 from hysteresis.records.record_file import read_record
 from studies.app.loop_svg import Curve, loop_svg
 from studies.app.playground import AMPLITUDE, answer, sliders, with_values
+from studies.bench_record import SHIPPED
 from studies.commands import call
-from validation.practice.bench_record import SHIPPED
 from validation.separation import loop_program
 
 AMPLITUDES = {"du2018": 2.2, "notched-wrist-90": 1.0, "notched-wrist-150": 1.0}

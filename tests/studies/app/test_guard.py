@@ -22,7 +22,7 @@ from fem_models.rig import preset
 from hysteresis.records.record_file import read_record, write_record
 from studies.app import guard
 from studies.app.files import rig_text
-from validation.practice.bench_record import SHIPPED
+from studies.bench_record import SHIPPED
 
 EVIL = "{{7*7}} <img src=x onerror=alert(1)> {{constructor.constructor('alert(2)')()}} `${alert(3)}`'\""
 

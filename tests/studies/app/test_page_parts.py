@@ -21,9 +21,9 @@ from studies.app.files import MOST_BYTES, opened_record, record_files, rig_text,
 from studies.app.loop_svg import less_backbone
 from studies.app.playground import outer_mm
 from studies.app.scene import TENDON_COLOURS, mesh_of
+from studies.bench_record import SHIPPED
 from studies.report.tube import coarse_surface
 from studies.results.files import file_stem
-from validation.practice.bench_record import SHIPPED
 from validation.separation import loop_program
 
 START = {"amplitude_mm": 2.2, "notch.depth_mm": 2.825, "preload_N": 20.0, "notch.width_mm": 1.4}

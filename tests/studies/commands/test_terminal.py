@@ -233,6 +233,17 @@ def test_progress_stays_in_one_line_of_a_terminal(monkeypatch):
     assert re.search("tracing, step 1 of 5: sup.*… ━.* 130 of 213 fits \\(61 %\\) 0:00:00", text)
 
 
+def test_a_count_says_how_long_the_rest_takes(monkeypatch, capsys):
+    monkeypatch.setattr(progress, "FIRST_S", 0.25)
+    with progress.bar(True) as shown:
+        task = shown.add_task("cases", total=3_000_000, left=True)
+        for _ in range(2):
+            time.sleep(0.1)
+            shown.update(task, advance=1_000_000)
+        time.sleep(0.1)
+    assert re.fullmatch(r"cases, 2000000 of 3000000 \(67 %\), \d s left, 0 s\n", capsys.readouterr().err)
+
+
 def test_stages_count_their_parts_and_what_follows_counts_nothing(monkeypatch, capsys):
     """A trace had stood at 0 of 5 while it fitted for four minutes."""
     monkeypatch.setattr(progress, "FIRST_S", 0.05)

@@ -5,8 +5,10 @@ import json
 
 import numpy as np
 import pytest
+from page_links import dead_references
 
 from fem_models.rig import read_rig
+from hysteresis.records.record_file import read_record
 from studies.commands import call
 from studies.design.design_file import read_design
 from studies.design.evaluation import Task, evaluate, evaluate_robust
@@ -15,6 +17,8 @@ from studies.design.search import Search, best, search
 from studies.design.space import Candidate
 from studies.design.stock import TUBES, WIRES
 from studies.design.workers import crew
+from studies.report.page import write_report
+from studies.results.page_one import read_page_one
 
 TEXT = """\
 schema = 1
@@ -120,7 +124,7 @@ def test_command_writes_designs_and_their_rigs(file, tmp_path, capsys):
     assert call(["design", str(file(TEXT + TOLERANCE)), "--out", str(out), "--workers", "1"]) == 0
     printed = capsys.readouterr().out
     assert "tubes meet all requirements" in printed
-    assert "to tighten first" in printed
+    assert "tighten" in printed
     result = json.loads((out / "design.json").read_text())
     names = [one["name"] for one in result["designs"]]
     assert {"nominal-1", "robust-1"} <= set(names)
@@ -131,8 +135,35 @@ def test_command_writes_designs_and_their_rigs(file, tmp_path, capsys):
         assert rig.joints == one["values"]["notch.count"]
         assert one["p_all"]["draws"] == 50
     page = (out / "report.html").read_text()
-    assert 'id="design"' in page
+    assert page.index('id="design"') < page.index('id="summary"') < page.index('id="designs"')
     assert "P(all met)" in page
+    assert dead_references(page) == []
+
+
+@pytest.mark.slow
+def test_first_page_is_that_of_the_first_robust_design(file, tmp_path):
+    out = tmp_path / "out"
+    summary = run_design(read_design(file(TEXT + TOLERANCE)), out, workers=1)
+    chosen, page = summary.chosen, read_page_one(out)
+    assert chosen.kind == "robust"
+    for row, verdict in zip(page.rows, chosen.verdicts, strict=False):
+        assert (row.value, row.met, row.margin) == (verdict.value, verdict.decision, pytest.approx(verdict.margin))
+        assert (row.p_met, row.p_asked) == (verdict.p_met.value, verdict.confidence)
+    rest = {row.name for row in page.rows if row.met is None}
+    assert {"Tip force", "Tip stiffness", "Closing bend", "Loop width", "Cycles"} <= rest
+    assert page.costs[0].given == summary.tolerances[page.costs[0].name]
+    assert any("capstan_coefficient" in words for words in page.rests_on)  # it has no tolerance
+    loop = read_record(out / page.loop)
+    assert loop.angle_deg.max() == pytest.approx(60, abs=0.2)
+    for path in (out / "design.json", out / "designs.csv"):
+        path.unlink()
+    assert "By the model, cut a first tube" in write_report(out).read_text()  # page one alone is enough for a report
+
+
+@pytest.mark.slow
+def test_command_replaces_its_own_files(file, tmp_path):
+    asked = ["design", str(file(TEXT)), "--out", str(tmp_path / "out"), "--workers", "1", "--quiet"]
+    assert [call(asked), call(asked)] == [0, 0]
 
 
 @pytest.mark.slow

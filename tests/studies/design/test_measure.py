@@ -107,3 +107,39 @@ def test_multibody_model_gives_the_same_quantities():
     bodies = measure(NITINOL, WIRE, use(60.0, tension=8.0, wanted=ALL), lambda rig: SolverBender(rig, solve_multibody))
     for name in QUANTITIES:
         assert bodies.of(name) == pytest.approx(chain.of(name), rel=0.02), name
+
+
+CLOSED = replace(
+    NITINOL,
+    joint=NotchedTube(Tube(1.26, 1.1), Notch("rectangular", 5, 1.16, 0.39, 0.155)),
+    material=Material(62.9, 0.33),
+    tendon_a=Tendon(14000.0, 0.4, 100.0),
+    friction=Friction(capstan_coefficient=0.3),
+)
+"""A tube whose notches close at the bend of 90 deg."""
+
+
+def test_a_tip_force_is_held_where_notches_are_closed():
+    """By the moment about the first notch: the tension allowed at the largest lever over the reach of the tip."""
+    found = measure(CLOSED, WIRE, use(90.0, tension=4.0, wanted=ALL))
+    lever = 0.4 + 1.26 / 2
+    assert 0.3 < found.tip_force_N < 4.0 * lever / found.reach_mm
+    loaded = replace(CLOSED, tip_load=TipLoad(found.tip_force_N, 0.0))
+    run = solve_chain(loaded, LoadProgram(np.linspace(0.0, 1.6 * found.drive_mm, 120)))
+    bend = np.interp(4.0, np.maximum.accumulate(run.record.tension_a_N), run.record.angle_deg)
+    assert bend == pytest.approx(90.0, abs=1.0)
+
+
+def test_the_largest_strain_is_that_of_the_worst_fibre_at_the_required_bend():
+    """Half the range of a cycle from rest is half of it; further pulling strains the other side of the flexure more."""
+    found = measure(CLOSED, WIRE, use(90.0, tension=4.0, wanted=ALL))
+    joint = joint_row(CLOSED).first
+    expected = max(joint.outer_fibres_per_rad) * math.radians(found.notch_angle_deg)
+    assert found.peak_strain_percent == pytest.approx(100 * expected, rel=0.03)  # but for the thrust
+    assert found.peak_strain_percent == pytest.approx(2 * found.alternating_strain_percent, rel=0.02)
+
+
+def test_a_solid_wire_is_strained_by_its_radius_over_that_of_its_path():
+    found = measure(ELASTIC, WIRE, use(60.0))
+    path = (found.length_mm - found.drive_mm) / math.radians(60.0)
+    assert found.tendon_strain_percent == pytest.approx(100 * 0.05 / path)

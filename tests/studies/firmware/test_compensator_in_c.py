@@ -7,10 +7,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from closed_branch import branch_closed_form
 from firmware_fits import CASES, COMPILER, STRICT, compiled, needs_compiler, replayed, stored_fit
 
 from hysteresis.files import write_files
-from hysteresis.laws.bouc_wen import branch_closed_form
 from studies.firmware import compensator_files, read_compensator
 from studies.firmware.vector import predicted, random_path, required_drive
 

@@ -2,6 +2,7 @@
 
 import re
 import shutil
+from dataclasses import replace
 
 import pytest
 from page_links import dead_references
@@ -39,7 +40,7 @@ def html_of(folder, made):
 
 def test_a_requirement_has_margin_probability_and_verdict(run):
     html = html_of(run, page(BEND, TENSION))
-    assert "1 of 2 requirements are met. Look at: Tension (not met)." in html
+    assert "Do not cut yet: 1 of 2 requirements are met. Look at: Tension (not met)." in html
     assert re.search(r'data-label="P\(met\)">97.0 %', html)
     assert re.search(r'<span class="state look">not met</span>', html)
     assert html.index('id="design"') < html.index('id="summary"')
@@ -60,7 +61,15 @@ def test_without_a_requirement_there_is_no_verdict(run):
 def test_all_met():
     found = page_one_section(page(BEND), None)
     assert (found.good, found.judged, found.has_odds) == (True, True, True)
-    assert found.verdict == "All 1 requirements are met."
+    assert found.verdict == "By the model, cut a first tube: all 1 requirements are met, each as surely as was asked."
+    sure_of_nothing = page_one_section(page(replace(BEND, p_met=None)), None)
+    assert "how surely is not known" in sure_of_nothing.verdict
+
+
+def test_few_draws_leave_a_verdict_open():
+    found = page_one_section(page(replace(BEND, p_low=0.92, p_asked=0.95)), None)
+    assert "draw more before" in found.verdict
+    assert "Bend" in found.verdict
 
 
 def test_derived_numbers():

@@ -10,10 +10,10 @@ from once import made_once
 from results_folder import copy_results
 
 from hysteresis.records.record_file import read_record
+from studies.bench_record import SHIPPED, bench_like_record
 from studies.commands.cli import call
 from studies.own_rig import loops
 from studies.report.templates import significant
-from validation.practice.bench_record import SHIPPED, bench_like_record
 
 
 @pytest.fixture(scope="module")

@@ -90,7 +90,7 @@ def test_candidates_have_the_colours_of_their_models_and_the_noise():
     assert bars.categories == ("backlash", "tendon slack", "baseline model alone")
     assert bars.tones == ("blue", "grey", "orange")
     figure = json.loads(chart_json(candidates.charts[0]))
-    assert figure["data"][0]["marker"]["color"] == ["$blue", "$grey", "$orange"]  # names of the theme
+    assert figure["data"][0]["marker"]["color"] == ["var(--blue)", "var(--grey)", "var(--orange)"]  # names of the theme
     assert figure["layout"]["shapes"][0]["xref"] == "x"
     twice = replace(result(), ranking=(best := result().ranking[0], replace(best, chosen=False), *result().ranking[1:]))
     names = trace_plates(twice, samples())[-1].charts[0].marks[-1].categories

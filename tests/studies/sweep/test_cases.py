@@ -5,7 +5,12 @@ import math
 import numpy as np
 import pytest
 
+from fem_models.chain import solve_chain
+from fem_models.joint.strain import limits_passed, strain_limits
 from fem_models.rig import RigError, preset
+from fem_models.rig.checks import SolverError
+from fem_models.rig.rig_file import rig_of_tables
+from hysteresis.records.metrics import loop_width
 from studies.sweep.cases import evaluate, program_of_table
 from studies.sweep.inputs import FIELDS, CaseInputs, CaseTables, ProgramTable, key_of, with_values
 
@@ -82,6 +87,72 @@ def test_one_tendon():
     found = outcome("chain", {}, ("loop", "strain"), "notched-wrist-90", amplitude_mm=0.5, step_mm=0.05)
     assert found.status == "ok"
     assert found.quantities["tension_max_N"] > 0
+
+
+def by_its_record(tables: CaseTables) -> dict[str, float]:
+    """Quantities of the groups loop, strain and notches, from the record and the strains of a simulation."""
+    rig = rig_of_tables(tables.rig, f"rig {tables.rig['name']}")
+    found = solve_chain(rig, program_of_table(tables.program, one_way=rig.tendon_b is None))
+    record, tensions = found.record, found.segment_tensions_N[:, : len(rig.tendons)]
+    width = loop_width(record.drive, record.angle_deg, record.cycle)
+    fatigue, plateau, most = limits_passed(record.drive, found.peak_strain, strain_limits(rig))
+    bent = int(np.abs(record.angle_deg).argmax())
+    notches, begin = (
+        record.notches_deg[bent] * np.sign(record.angle_deg[bent]),
+        np.flatnonzero(record.cycle == 2)[0] - 1,
+    )
+    return {
+        "full_scale_angle_deg": record.full_scale_deg,
+        "loop_width_at_zero_deg": width.at_zero_deg,
+        "loop_width_max_deg": width.max_deg,
+        "dissipated_mJ": found.wheel_work_mJ[-1] - found.wheel_work_mJ[begin],
+        "tension_max_N": tensions.max(),
+        "tension_min_N": tensions.min(),
+        "slack_reached": float(tensions.min() <= 0.01 * rig.preload_N),
+        "peak_strain_percent": 100 * most.largest,
+        "superelastic_margin": most.limit.strain / most.largest,
+        "plateau_margin": plateau.limit.strain / plateau.largest,
+        "fatigue_margin": fatigue.limit.strain / fatigue.largest,
+        "notch_angle_max_deg": notches.max(),
+        "notch_angle_spread_deg": np.ptp(notches),
+        "notch_angle_gradient_deg": notches[-1] - notches[0],
+    }
+
+
+MIXED = [
+    ("du2018", {"preload_N": 12.3, "notch.depth_mm": 2.77}),
+    ("du2018", {"preload_N": 2.0, "program.amplitude_mm": 1.1}),
+    ("du2018", {"notch.depth_gradient_mm": 0.04}),
+    ("notched-wrist-90", {"preload_N": 0.4, "program.amplitude_mm": 0.4}),
+    ("du2018", {"notch.depth_mm": 3.2}),
+    ("du2018", {"preload_N": 1e3}),
+    ("du2018", {"position_friction.growth_per_mm": 400.0}),
+]
+"""The last three fail: a tube cut in two, a tube that buckles, and no equilibrium."""
+
+
+@pytest.mark.parametrize(("name", "values"), MIXED, ids=[",".join(values) for _, values in MIXED])
+def test_a_case_has_the_quantities_and_the_failure_of_its_record(name, values):
+    """To the last bit, although a case makes no record, and remembers the program and its loops."""
+    tables = with_values(CaseTables(preset(name).to_dict(), ProgramTable(1.0, 2, step_mm=0.1)), values)
+    found = evaluate("k", of(tables, groups=("loop", "strain", "notches")))
+    if (name, values) in MIXED[-3:]:
+        with pytest.raises((RigError, SolverError)) as refused:
+            by_its_record(tables)
+        assert (found.status, found.message) == ("failed", str(refused.value))
+        assert all(math.isnan(value) for value in found.quantities.values())
+    else:
+        assert (found.status, found.message) == ("ok", "")
+        assert found.quantities == by_its_record(tables)
+
+
+def test_numbers_that_a_record_refuses_are_refused(monkeypatch):
+    """With its message; nothing that a study may vary brings numbers so far."""
+    monkeypatch.setattr("studies.sweep.cases.MAX_MAGNITUDE", 1e-3)
+    monkeypatch.setattr("hysteresis.records.record.MAX_MAGNITUDE", 1e-3)
+    found = outcome("chain", {"program.amplitude_mm": 1e-3, "program.step_mm": 1e-3}, ("loop",))
+    assert found.status == "failed"
+    assert found.message.startswith("record: tension_a_N: magnitude ")
 
 
 def test_optional_groups():

@@ -5,7 +5,7 @@ import pytest
 
 from fem_models.chain.solve import simulate_chain
 from fem_models.multibody.quasi_static import simulate_multibody
-from validation.engines.random_rigs import angles, random_rigs, random_wrists
+from validation.engines.checks.random_rigs import angles, random_rigs, random_wrists
 
 
 def test_chain_follows_random_rigs_with_everything_on():
@@ -16,7 +16,7 @@ def test_chain_follows_random_rigs_with_everything_on():
 @pytest.mark.slow
 @pytest.mark.parametrize("number", range(25, 125, 25))
 def test_multibody_follows_some_of_them_alike(number):
-    """Four; `python -m validation.engines.random_rigs` tries as many as it is told to."""
+    """Four; `python -m validation.engines.checks.random_rigs` tries as many as it is told to."""
     rig, steps = list(random_rigs(number + 1, 24))[-1]
     chain, multibody = simulate_chain(rig, steps).angle_deg, simulate_multibody(rig, steps).angle_deg
     assert np.abs(chain - multibody).max() <= 0.01 * np.abs(multibody).max() + 0.1

@@ -16,7 +16,7 @@ from fem_models.chain.parameters import ChainSettings
 from fem_models.load import triangle
 from fem_models.multibody import solve_multibody
 from fem_models.rig.checks import ImpossibleError, RigError, SolverError
-from validation.engines.workshop_rigs import QUARTER_SAMPLES, workshop_rig
+from validation.engines.checks.workshop_rigs import QUARTER_SAMPLES, workshop_rig
 from validation.separation import loop_program, separate
 
 SEEDS = st.integers(0, 2**32 - 1)

@@ -1,6 +1,8 @@
 """Root length against its plane problem, and the comparison of the analytic notch with the solid."""
 
-from dataclasses import replace
+import csv
+from dataclasses import fields, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,10 +18,21 @@ from fem_models.rig.rig import with_notch
 from fem_models.solid import solid_snr
 from fem_models.solid.linear import chain_stiffness
 from validation.joints import NotchCase
-from validation.joints.notches import FILLETS_MM, MeshRun, beam_pitch, csv_text, grid, mesh_run, read_results, rig_of
+from validation.joints.notches import FILLETS_MM, MeshRun, NotchResult, beam_pitch, csv_text, grid, mesh_run, rig_of
 from validation.joints.notches import solve as solve_case
 
 RIG = preset("du2018")
+
+
+def read_results(path: Path) -> list[NotchResult]:
+    """Read a table of :func:`csv_text`."""
+    own = {field.name for field in fields(NotchCase)}
+    with path.open(newline="") as stream:
+        rows = [{k: v if k == "shape" else float(v) for k, v in row.items()} for row in csv.DictReader(stream)]
+    return [
+        NotchResult(NotchCase(**{k: row[k] for k in own}), **{k: v for k, v in row.items() if k not in own})
+        for row in rows
+    ]
 
 
 @pytest.fixture(scope="module")

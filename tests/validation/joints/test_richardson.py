@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from validation.joints.richardson import richardson
+from validation.joints.checks.richardson import richardson
 
 
 def test_example_of_celik():

@@ -10,8 +10,7 @@ import pytest
 
 from hysteresis import read_record
 from hysteresis.arrays import Floats
-from validation.measured.tendon_robot import FIXED, HELD_OUT, TRAINING, heldout_errors, operator_errors, tension_ratio
-from validation.separation.tendon_fit import (
+from validation.measured.tendon_fit import (
     NAMES,
     TendonRecord,
     bias_of_noise,
@@ -21,8 +20,9 @@ from validation.separation.tendon_fit import (
     fit,
     tendon_record,
 )
-from validation.separation.tendon_parts import switched, tendon_contributions
-from validation.separation.tendon_rig import SECTIONS, TendonRig, bending_of_tension, run_of_stroke
+from validation.measured.tendon_parts import switched, tendon_contributions
+from validation.measured.tendon_rig import SECTIONS, TendonRig, bending_of_tension, run_of_stroke
+from validation.measured.tendon_robot import FIXED, HELD_OUT, TRAINING, heldout_errors, operator_errors, tension_ratio
 
 TRUTH = TendonRig(
     entry=0.18, constant_N=0.03, capstan=0.12, bias_N=0.55, compliance_deg_per_N=19.0, loop_share=0.2,

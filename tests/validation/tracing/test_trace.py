@@ -15,8 +15,8 @@ from fem_models.rig.effects import Gravity, Superelastic, TipStop
 from hysteresis.laws.bouc_wen import BoucWen, hysteresis
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.record_file import read_record
+from studies.bench_record import SHIPPED
 from validation.practice import draw_case
-from validation.practice.bench_record import SHIPPED
 from validation.tracing.baseline.known_rig import known_rig_problem
 from validation.tracing.effect import catalogue
 from validation.tracing.fitting import fit
@@ -61,7 +61,7 @@ def test_unequal_tendons_of_five_percent_are_named():
 
 @pytest.mark.slow
 def test_shipped_record_is_traced_to_the_effect_it_was_made_with():
-    """In validation/practice/bench_record.py tendon b has another arm and free length, in the multibody model."""
+    """In studies/bench_record.py tendon b has another arm and free length, in the multibody model."""
     trace = trace_records([read_record(SHIPPED)])
     assert trace.augmented.names == ("unequal_tendons",)
     assert trace.verdict in ("effect", "ambiguous")  # one preload, one amplitude

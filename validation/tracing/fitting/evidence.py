@@ -40,7 +40,7 @@ def is_beyond_chance(before: Fitted, after: Fitted, policy: SearchPolicy) -> boo
 
 
 def more_than_noise(fitted: Fitted, noise_deg: float) -> str:
-    """Words where a model leaves more than noise of the samples it was fitted to or of those held out, else empty."""
+    """Words where the residual of a model exceeds the noise, on fitted or held-out samples, else empty."""
     held = fitted.heldout_error_deg.size
     for samples, error, count in (
         ("fitted", fitted.train_rmse_deg, fitted.error_deg.size - held),

@@ -34,7 +34,7 @@ Started = TypeVar("Started")
 class Screened(NamedTuple):
     """A candidate after its first steps, and the number of the fitted model beside which it was started.
 
-    ``linearised`` is the mean square that the linearised gain of its start leaves.
+    ``linearised`` is the mean square after the linearised gain of its start.
     """
 
     base: int
@@ -202,8 +202,8 @@ def _lead_on(search: Search, fitted: Fitted, candidates: list[Fitted]) -> list[F
 def _with_richer_form(search: Search, fitted: Fitted, candidate: Fitted) -> Fitted:
     """Fit the last effect of a candidate in its forms with more parameters, unless the residual is noise.
 
-    A form that makes no sense gives way to one that does and leaves about as little: a wheel whose radius is free to
-    one of the declared radius.
+    A form that makes no sense gives way to one that does and fits about as well: a wheel whose radius is free to one of
+    the declared radius.
     """
     senseless = bool(implausible(candidate))
     if is_noise(candidate) and not senseless:

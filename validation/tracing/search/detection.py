@@ -108,7 +108,7 @@ class _Needed:
 
 
 def _needed(fitted: Fitted, left_deg: float, floor_deg: float, effects: int) -> _Needed:
-    """Give what an effect needs beside a model that leaves an error of the angle.
+    """Give what an effect needs beside a model with an error of the angle.
 
     With the action a and the error that is left s, the error before is sqrt(s^2 + a^2). The rules ask for a ratio of
     the errors of ``WORTH_NAMING`` and for a gain n log(1 + a^2 / s^2) of the criterion; n are independent samples. The
@@ -132,10 +132,10 @@ def _needed(fitted: Fitted, left_deg: float, floor_deg: float, effects: int) -> 
 def _beyond_noise_deg(fitted: Fitted, left_deg: float, floor_deg: float) -> float:
     """Rms action that takes the residual beyond what counts as noise; 0 where it is beyond without.
 
-    Beside an equivalent rig that leaves no more than noise an effect is tried nevertheless. One that leaves more is
+    Beside an equivalent rig whose residual is noise an effect is tried nevertheless. One with a larger residual is
     given none up to :data:`NEAR_NOISE` (:func:`validation.tracing.verdict.is_too_little`), nor are measured joints. A
-    known rig that leaves more than noise is given none up to :data:`FAR_ABOVE`, since that more is left beside it
-    (both: :func:`validation.tracing.verdict.left_near_noise`).
+    known rig whose residual exceeds the noise is given none up to :data:`FAR_ABOVE`, since the residual with an effect
+    exceeds it, too (both: :func:`validation.tracing.verdict.left_near_noise`).
     """
     problem = fitted.model.problem
     if isinstance(problem, EquivalentRigProblem):

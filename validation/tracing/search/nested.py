@@ -25,7 +25,7 @@ def contains(larger: Fitted, smaller: Fitted) -> bool:
 
 
 def is_worse(larger: Fitted, smaller: Fitted) -> bool:
-    """Whether a model leaves more than one that it contains, on all samples or on the training samples."""
+    """Whether the residual of a model exceeds that of one that it contains, on all or on training samples."""
     most = 1 + CONTAINED_TOLERANCE
     return larger.square > most * smaller.square or larger.train_square > most * smaller.train_square
 

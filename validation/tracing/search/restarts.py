@@ -68,9 +68,8 @@ def best_of_restarts(search: Search, fitted: Fitted) -> Fitted:
 def best_from_start(search: Search, fitted: Fitted) -> Fitted:
     """Fit a model of an equivalent rig again, its effects as they are, beside the baseline's start; the better fit.
 
-    The parameters of the fit are those of a baseline that had absorbed the effect. Beside such a one a play that
-    preload takes up had come to 1.02 times the noise, and the weight of the rings, which was named, to 1.00; from the
-    start, of linear tendons, it came to 0.99.
+    The fitted baseline may have absorbed the effect, so that its parameters lead to another optimum. The start has
+    tendons that are all but linear.
     """
     start, effects = dict(search.problem.start), fitted.model.values(fitted.x)[1]
     if TOE_PARAMETER in start:

@@ -94,7 +94,7 @@ class Search:
         return self._forms[effect.name]
 
     def is_far_behind(self, baseline: Fitted) -> bool:
-        """Whether a fitted baseline leaves more than a competitor predicts to, and both are far above the noise.
+        """Whether the residual of a baseline exceeds a competitor's held-out error, and both are far above the noise.
 
         Near the noise a competitor may have absorbed an effect that this baseline lacks, and is to be given.
         """
@@ -102,14 +102,14 @@ class Search:
         return far and baseline.rmse_deg > COMPETITOR_MARGIN * self.competitor_deg
 
     def is_no_better(self, baseline: Fitted) -> bool:
-        """Whether a fitted baseline leaves about what a competitor predicts to, or more, far above the noise."""
+        """Whether a fitted baseline's residual, far above the noise, is about a competitor's error, or larger."""
         if baseline.rmse_deg > self.competitor_deg:
             return True
         far = self.competitor_deg > COMPETITOR_FAR * self._noise_deg(baseline)
         return far and baseline.rmse_deg > self.competitor_deg / COMPETITOR_FITTED
 
     def gives_up(self, fitted: Fitted) -> bool:
-        """Whether a rig with effects leaves far more than a competitor without any, or no less than with its own."""
+        """Whether a rig's residual with effects is far above a competitor's without, or no less than with its own."""
         noise_deg = self._noise_deg(fitted)
         if fitted.rmse_deg > max(self.explained_deg / COMPETITOR_MARGIN, COMPETITOR_FAR * noise_deg):
             return True

@@ -67,8 +67,8 @@ def select_effects(search: Search, baseline: Fitted, smooth: Smooth, *, down_to_
     smooth
         Smooth functions of the baseline's residual.
     down_to_noise
-        Whether the search goes on until the residual is noise, in place of ending where a first effect leaves little
-        structure.
+        Whether the search goes on until the residual is noise, in place of ending where the residual of a first effect
+        has little structure.
     """
     best, stages = _forward(search, baseline, smooth, down_to_noise=down_to_noise)
     several = search.policy.absorbs_effects and len(best.names) > 1
@@ -96,12 +96,11 @@ def _from_there(search: Search, best: Fitted, stages: Stages) -> list[Fitted]:
     """Fit other effects in the place of the one that was found, from the baseline beside it.
 
     That baseline is nearer to the rig's own than one that has absorbed the effect, from which a competitor may end in
-    another optimum: a load at the tip had come to the noise, and the weight of the rings, much alike, to twice that.
+    another optimum.
 
-    Of a known rig these are all others where the effect leaves structure near the noise. The right effect leaves none:
-    in practice slack had come to 1.02 times the noise beside stiffening and a play that had ended in another optimum.
-    Else they are those that read nearly the same (:data:`READ_ALIKE`) and are not as good yet: the weight of the rings
-    had come to 0.995 times the noise without structure, and the load at the tip that made the records to 3.
+    Of a known rig these are all others where the residual is near the noise and has structure, since the residual of
+    the right effect has none. Else they are those that are hard to distinguish from it (:data:`READ_ALIKE`) and whose
+    fit is not as good yet.
     """
     policy = search.policy
     if not policy.screened or len(best.names) != 1:
@@ -163,8 +162,9 @@ def _nested(search: Search, baseline: Fitted, best: Fitted, stages: Stages) -> S
 def _forward(search: Search, baseline: Fitted, smooth: Smooth, *, down_to_noise: bool) -> tuple[Fitted, Stages]:
     """Add one effect after the other to the best models.
 
-    A first effect may leave some structure, because few models are exact. A baseline that absorbs effects hides a good
-    part of a second one, so that it is followed to the noise once its effect is better than smooth functions.
+    The residual of a first effect may have some structure, because few models are exact. A baseline that absorbs
+    effects hides a good part of a second one, so that it is followed to the noise once its effect is better than smooth
+    functions.
     """
     policy = search.policy
     if policy.absorbs_effects and nothing_to_explain(baseline, policy):
@@ -206,9 +206,8 @@ def _with_one_more(search: Search, front: Sequence[Fitted], smaller: Sequence[Fi
 def _extended(models: Sequence[Fitted], policy: SearchPolicy) -> list[Fitted]:
     """Models to which a further effect is added: the best ones.
 
-    Of an equivalent rig the best that reads unlike them is another one where they read alike. For slack with a play the
-    weight of the rings and a load at the tip came first, so that slack, third and hardly behind, was not given the
-    play, beside which it comes to the noise.
+    Of an equivalent rig, where the best ones are hard to distinguish (:data:`READ_ALIKE`), the best that differs from
+    all of them is another one: the further effect may suit it alone.
     """
     front = [*models[:EXTENDED_MODELS]]
     if policy.absorbs_effects and any(_read_alike(front[0], other) for other in front[1:]):
@@ -217,13 +216,13 @@ def _extended(models: Sequence[Fitted], policy: SearchPolicy) -> list[Fitted]:
 
 
 def _read_alike(one: Fitted, other: Fitted) -> bool:
-    """Whether two models differ by one effect, for which the other one has an effect that reads nearly the same."""
+    """Whether two models differ by one effect, for which the other one has one that is hard to distinguish from it."""
     changed = [set(a.names) - set(b.names) for a, b in ((one, other), (other, one))]
     return all(len(names) == 1 for names in changed) and any(set.union(*changed) <= set(n) for n in READ_ALIKE)
 
 
 def _beside_noise(search: Search, baseline: Fitted) -> tuple[Fitted, Stages]:
-    """Add one effect to a baseline that leaves no more than noise, if it takes far more than chance would let it."""
+    """Add one effect to a baseline whose residual is noise, if it explains far more than chance would."""
     models = _with_one_more(search, [baseline], [baseline])
     if models and is_beyond_chance(baseline, models[0], search.policy):
         return models[0], [models]
@@ -231,11 +230,10 @@ def _beside_noise(search: Search, baseline: Fitted) -> tuple[Fitted, Stages]:
 
 
 def _with_second_near_noise(search: Search, best: Fitted, stages: Stages) -> tuple[Fitted, Stages]:
-    """Add a second effect to a first one that leaves about the noise, but structure, if it takes far more than chance.
+    """Add a second effect where the residual of the first is near the noise, with structure, if it is beyond chance.
 
-    An equivalent rig with one effect absorbs much of another one: of drag and a play of 6 times the noise the drag
-    alone left 1.1 times it, where no second effect had been looked for, and the play gained 1400 of the criterion. What
-    is found must make sense, and leave no structure.
+    An equivalent rig with one effect absorbs much of another one, so that the residual may be near the noise. What is
+    found must make sense, and its residual must have no structure.
     """
     policy = search.policy
     at_noise = best.rmse_deg <= significant_ratio(best, policy) * best.noise.deg
@@ -268,8 +266,8 @@ def _restarted(search: Search, best: Fitted, stages: Stages) -> tuple[Fitted, St
 def _best_of_restarted(search: Search, best: Fitted, stages: Stages) -> tuple[Fitted, Stages]:
     """Fit the best model and its competitors again from other loops, and give the best of those fits.
 
-    An optimum from another loop may be further below than one effect is below another: slack and stiffening were equal
-    before, and far apart once one of them alone had been fitted again.
+    An optimum from another loop may be further below than one effect is below another, so that all of them are fitted
+    again.
     """
     competitors = [
         g for stage in stages for g in stage
@@ -287,8 +285,7 @@ def _best_of_restarted(search: Search, best: Fitted, stages: Stages) -> tuple[Fi
 def _with_restarted_competitors(search: Search, best: Fitted, stages: Stages) -> Stages:
     """Fit models that are nearly as good as the best again from other starting points, where the rig is known.
 
-    The nearest ones by their squares are, too: a gain of the drive had ended at 1.07 times the noise, beside a wheel at
-    0.99 that was no better once the gain was fitted from other loops.
+    The nearest ones by their squares are, too, since a fit of the right effect may have ended in another optimum.
     """
     if not search.policy.along_valley:
         return stages

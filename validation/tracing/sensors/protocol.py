@@ -1,9 +1,8 @@
 """Amplitudes and rates of new records against those of their reference: a model fitted to some says little of others.
 
-Play operators that are fitted to one amplitude are off at another, by what no record tells: of a rig that had not
-changed, half the amplitude had a delay named, or stiffening. Between two amplitudes of the reference they hold. They
-know no rate at all, and friction does: of surgical tools that had not changed, a record at one rate against a reference
-at one other rate had a late tendon or a play named. Between two rates of the reference none had.
+Play operators that are fitted to one amplitude are off at another, by what no record shows. Between two amplitudes of
+the reference they hold. They know no rate at all, and friction does, so that an unchanged rig at another rate may look
+changed; between two rates of the reference it does not (``docs/validation/measured-traces.md``).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Make the record that ships with the package: a multibody run with an effect that the default rig lacks.
 
-``python -m validation.practice.bench_record`` writes it again; the same seed gives the same file. The effect is unequal
+``python -m studies.bench_record`` writes it again; the same seed gives the same file. The effect is unequal
 tendons, the paper's explanation of its residual (section 4.4): tendon b has a smaller moment arm and a longer, hence
 more compliant, free length. The angle has the noise of a camera.
 """
@@ -43,7 +43,7 @@ def bench_like_record(seed: int = SEED) -> Record:
         angle_deg=np.round(clean.angle_deg + noise, 4),
         cycle=clean.cycle,
         title=(
-            f"Not a measurement: made by validation/practice/bench_record.py, seed {seed}. du2018 at 20 N with an "
+            f"Not a measurement: made by studies/bench_record.py, seed {seed}. du2018 at 20 N with an "
             f"effect that the default rig lacks: tendon b has {ARM_RATIO:g} of the moment arm and "
             f"{FREE_LENGTH_RATIO:g} of the free length; noise {NOISE_DEG:g} deg"
         ),

@@ -9,8 +9,8 @@ from functools import partial
 import numpy as np
 
 from hysteresis.arrays import Floats
-from validation.separation.tendon_fit import NAMES, TendonRecord, bias_of_noise, bootstrap, fit
-from validation.separation.tendon_rig import TendonRig, run_of_stroke
+from validation.measured.tendon_fit import NAMES, TendonRecord, bias_of_noise, bootstrap, fit
+from validation.measured.tendon_rig import TendonRig, run_of_stroke
 
 RIG = TendonRig(
     entry=0.18, constant_N=0.03, capstan=0.12, bias_N=0.55, compliance_deg_per_N=19.0, loop_share=0.2,

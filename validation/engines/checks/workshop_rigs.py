@@ -2,12 +2,11 @@
 
 Tubes of 1 to 8 mm with walls of 4 to 15 %, 4 to 24 notches of all three shapes, alike or each its own, one tendon or
 two, preload 0.1 to 80 N, bends of 10 to 60 deg. Some have a toe region, a superelastic metal, closure, backlash.
-See :mod:`validation.engines.workshop_score`.
+See :mod:`validation.engines.checks.workshop_score`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -82,12 +81,6 @@ def workshop_rig(seed: int | tuple[int, ...]) -> tuple[Rig, LoadProgram]:
         bend = min(bend, OPEN * float(joints.of("closure_angle_rad").min()) * count)
     amplitude = float(joints.first.arms_mm.a * bend)
     return rig, triangle(amplitude, step_mm=amplitude / QUARTER_SAMPLES)
-
-
-def workshop_rigs(count: int, seed: int) -> Iterator[tuple[Rig, LoadProgram]]:
-    """Draw so many rigs; each depends on its own number and the seed alone."""
-    for number in range(count):
-        yield workshop_rig((seed, number))
 
 
 def workshop_wrist(seed: int | tuple[int, ...]) -> tuple[RigInSpace, list[list[float]]]:

@@ -1,4 +1,4 @@
-"""Score of the engines on rigs that a workshop can make: ``python -m validation.engines.workshop_score 2000 SEED``.
+"""Score of the engines on rigs of a workshop: ``python -m validation.engines.checks.workshop_score 2000 SEED``.
 
 The first number is how many rigs the chain runs; a tenth of them goes through ``separate``, a tenth through the
 multibody model, and a twentieth as many wrists through both engines in space. Each row says how many gave an answer,
@@ -23,7 +23,7 @@ from fem_models.rig.checks import ImpossibleError, SolverError
 from fem_models.spatial import WheelProgram, of_rig_in_space, solve_spatial
 from fem_models.spatial.solve import SpatialSolution
 from hysteresis.arrays import Floats
-from validation.engines.workshop_rigs import QUARTER_SAMPLES, workshop_rig, workshop_wrist
+from validation.engines.checks.workshop_rigs import QUARTER_SAMPLES, workshop_rig, workshop_wrist
 from validation.separation import loop_program, separate
 
 PROCESSES = 2

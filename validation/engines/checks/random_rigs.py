@@ -1,4 +1,4 @@
-"""Random rigs with everything that both engines know: ``python -m validation.engines.random_rigs 500 60``.
+"""Random rigs with everything that both engines know: ``python -m validation.engines.checks.random_rigs 500 60``.
 
 The command runs as many in the chain, and some of them in the multibody model, and prints those that fail or differ.
 """

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hysteresis.arrays import Floats
+from validation.measured.tendon_rig import TendonRig, run_of_stroke
 from validation.separation.contributions import SETS, divide
-from validation.separation.tendon_rig import TendonRig, run_of_stroke
 
 
 def switched(rig: TendonRig, on: frozenset[str]) -> TendonRig:

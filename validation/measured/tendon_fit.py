@@ -15,8 +15,8 @@ from scipy.stats import t as student
 
 from hysteresis import Record
 from hysteresis.arrays import Floats
+from validation.measured.tendon_rig import Run, TendonRig, bending_of_tension, run_of_stroke
 from validation.separation.rig_calibration import ParameterRange
-from validation.separation.tendon_rig import Run, TendonRig, bending_of_tension, run_of_stroke
 
 RELATIONS = ("stroke to tension", "tension to bending", "stroke to bending")
 PARAMETERS: Mapping[str, ParameterRange] = {

@@ -1,0 +1,1 @@
+"""The models of a joint against finer ones: evidence, which wheels are without."""
