@@ -62,9 +62,11 @@ def raced(base: Fitted, effects: Sequence[Effect], known: Sequence[Fitted], thre
                 other for one in _best(done).values() if one.square <= OPTIMA_NEAR * least for other in _optima(one)
             ]
         field.sort(key=lambda one: one.square)
-        leading = {*field[: (len(field) + 1) // 2]} | ({*_best(field).values()} if budget <= OPTIMA_AFTER else set())
-        places = {(one.effect, f"{one.square:.2e}", one.fitted is None and id(one)): one for one in leading}
-        field = [one for one in places.values() if one.square <= far * least]
+        kept = [*field[: (len(field) + 1) // 2]]
+        if budget <= OPTIMA_AFTER:  # every effect gets that far
+            kept += [one for one in _best(field).values() if one not in kept]
+        places = {(one.effect, f"{one.square:.2e}", one.fitted is None and id(one)): one for one in reversed(kept)}
+        field = [one for one in reversed(places.values()) if one.square <= far * least]
     best = _best(done)
     return [one.fitted for one in sorted(best.values(), key=lambda one: one.square) if one.fitted is not None]
 
