@@ -232,7 +232,7 @@ def first_words(found: FoundDesign) -> Iterator[str]:
             yield (
                 f"{_name(limiting)} leaves the least room of what tolerances change. Most of its spread is from "
                 f"{most.tolerance} (Sobol index {min(most.total, 1.0):.2f}): from one standard deviation below to one "
-                f"above, {most.change:+.2g} {_unit(most.unit)}".rstrip()
+                f"above, {most.change:+.3g} {_unit(most.unit)}".rstrip()
                 + "."
             )
 
