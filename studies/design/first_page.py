@@ -106,8 +106,8 @@ def _loop(rig: Rig, drive_mm: float) -> Record | None:
 
 
 def _required(one: Verdict, found: FoundDesign) -> KeyNumber:
-    """Give a row; what no tolerance changes is certain, whatever the number of draws."""
-    varied = {row.quantity for row in found.influences}
+    """Give a row; what no tolerance changes has no probability."""
+    p_met = one.p_met if one.quantity in {row.quantity for row in found.influences} else None
     sides = (("at least", one.low), ("at most", one.high))
     bounds = [f"{side} {bound:g}" for side, bound in sides if bound is not None]
     return KeyNumber(
@@ -116,11 +116,11 @@ def _required(one: Verdict, found: FoundDesign) -> KeyNumber:
         value=_known(one.value),
         required=", ".join(bounds),
         margin=_known(one.margin),
-        p_met=None if one.p_met is None else one.p_met.value,
+        p_met=None if p_met is None else p_met.value,
         met=one.decision,
         note=one.words,
-        p_low=one.p_met.low if one.p_met is not None and one.quantity in varied else None,
-        p_asked=None if one.p_met is None else one.confidence,
+        p_low=None if p_met is None else p_met.low,
+        p_asked=None if p_met is None else one.confidence,
     )
 
 
@@ -232,7 +232,7 @@ def first_words(found: FoundDesign) -> Iterator[str]:
             yield (
                 f"{_name(limiting)} leaves the least room of what tolerances change. Most of its spread is from "
                 f"{most.tolerance} (Sobol index {min(most.total, 1.0):.2f}): from one standard deviation below to one "
-                f"above, {most.change:+.2g} {_unit(most.unit)}".rstrip()
+                f"above, {most.change:+.3g} {_unit(most.unit)}".rstrip()
                 + "."
             )
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Protocol
 
 import numpy as np
@@ -36,7 +37,7 @@ PROBE = 0.05
 """Tip load that stiffness and tip force are taken from, over the tension times the arm over the length."""
 MORE_DRIVE = 1.5
 """Drive under a tip force at most, over that without."""
-HELD = 0.01
+HELD = 0.02
 """Accuracy of a tip force that is searched for, and of the tension under it, relative."""
 
 
@@ -277,8 +278,9 @@ def _tip(rig: Rig, bender: Bender, drive: float, use: Use, model: Callable[[Rig]
 
 def _held_N(rig: Rig, most_N: float, drive: float, use: Use, model: Callable[[Rig], Bender]) -> float:
     """Largest force across the tip, up to ``most_N``, against which a tube comes to the required bend."""
-    path = np.concatenate([np.linspace(0.0, drive, SAMPLES)[:-1], drive * np.linspace(1.0, MORE_DRIVE, SAMPLES)])
+    path = np.concatenate([np.linspace(0.0, drive, SAMPLES)[::2][:-1], drive * np.linspace(1.0, MORE_DRIVE, SAMPLES)])
 
+    @cache
     def spare_N(force_N: float) -> float:
         """Tension that is left at the bend; none where the tube does not come there."""
         try:
