@@ -66,7 +66,6 @@ from validation.tracing.sensors.drive_steps import sensor_words
 from validation.tracing.settings import (
     AS_DECLARED,
     COMPETITOR_NOISE,
-    CONTAINED_TOLERANCE,
     CURVE,
     EARLY_STEPS,
     EQUIVALENT_RIG,
@@ -304,34 +303,18 @@ def _by_test(search: Search, alpha: float, seed: int) -> Trace | None:
 
 
 def _tested(search: Search, alpha: float, seed: int) -> Trace | None:
-    """Test one baseline of a known rig, once more from its parameters beside the effects where these fit better."""
+    """Test one baseline of a known rig."""
     search.report("the baseline model", len(search.effects))
     search, baseline = _from_first_states(search, best_of_other_loops(search, _baseline_of_known_rig(search)))
-    for again in (True, False):
-        trace = without_effects(search.policy, baseline)
-        decision = decide(
-            trace, effects=search.effects, alpha=alpha, seed=seed, threads=search.threads, report=search.report
-        )
-        if decision is None:
-            return None
-        found = decided(trace, decision)
-        better = _better_baseline(search, found) if again else None
-        if better is None:
-            break
-        baseline = better
+    trace = without_effects(search.policy, baseline)
+    decision = decide(
+        trace, effects=search.effects, alpha=alpha, seed=seed, threads=search.threads, report=search.report
+    )
+    if decision is None:
+        return None
+    found = decided(trace, decision)
     fine = refined(found.augmented, search.report, threads=search.threads) if found.effects else found.augmented
     return replace(found, augmented=fine)
-
-
-def _better_baseline(search: Search, trace: Trace) -> Fitted | None:
-    """Fit the baseline again from its parameters beside the named effects; None where that is no better."""
-    before, augmented, model = trace.baseline, trace.augmented, Model(search.problem)
-    if augmented is before:
-        return None
-    with suppress(SolverError, RigError):
-        found = fit(model, before.holdout, augmented.x[: model.baseline_size], threads=search.threads)
-        return found if found.train_square < (1 - CONTAINED_TOLERANCE) * before.train_square else None
-    return None
 
 
 # --- known rig -------------------------------------------------------------------------------------------------------

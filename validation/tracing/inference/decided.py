@@ -7,11 +7,14 @@ from dataclasses import replace
 from validation.tracing.inference.decision import Decision
 from validation.tracing.outcome import Candidate, Trace
 from validation.tracing.plausibility import remarks
-from validation.tracing.verdict import depends_on
+from validation.tracing.settings import POLICIES
+from validation.tracing.verdict import depends_on, without_effects
 
 
 def decided(trace: Trace, decision: Decision) -> Trace:
     """Give a trace the verdict of its test, and its fits in place of those of the search with the same effects."""
+    if decision.baseline is not trace.baseline:
+        trace = without_effects(POLICIES[trace.model], decision.baseline)
     samples = decision.best.samples
     compared = [
         Candidate(one.fitted, trace.baseline.bic(samples) - one.fitted.bic(samples)) for one in decision.compared

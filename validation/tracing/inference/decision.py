@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from fem_models.rig import RigError
+from fem_models.rig.checks import SolverError
 from validation.tracing.baseline.known_rig import KnownRigProblem
 from validation.tracing.effect import Effect, acting, catalogue
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.folds import Estimate, share
+from validation.tracing.fitting.least_squares import fit
+from validation.tracing.fitting.model import Model
 from validation.tracing.inference.chance import SIMULATIONS, Chance, chance_of
 from validation.tracing.inference.discrepancy import linearised
 from validation.tracing.inference.front_runners import FrontRunner, front_runners_of, left_deg
@@ -24,7 +29,8 @@ from validation.tracing.outcome import Trace
 from validation.tracing.plausibility import implausible
 from validation.tracing.search.race import raced
 from validation.tracing.search.search import Progress
-from validation.tracing.settings import MOST_EFFECTS
+from validation.tracing.settings import CONTAINED_TOLERANCE, MOST_ALIKE, MOST_EFFECTS, POLICIES
+from validation.tracing.verdict import without_effects
 
 DecisionVerdict = Literal["none", "effect", "partial", "ambiguous", "unexplained"]
 ALPHA = 0.05
@@ -64,6 +70,8 @@ class Decision:
         How often chance would look as much like an effect.
     simulations
         Draws behind each p.
+    baseline
+        The model without effects beside which they were tested.
     best
         The best model: the baseline where nothing is claimed.
     compared
@@ -78,6 +86,7 @@ class Decision:
     p_none: float
     simulations: int
     verdict: DecisionVerdict
+    baseline: Fitted
     best: Fitted
     compared: tuple[Compared, ...]
     discrepancy_deg: float
@@ -154,43 +163,67 @@ def decide(
     None where the discrepancy of clean rigs has not been learnt for the kind of baseline, where records are compared
     with a reference, or where folds hold out every sample in turn.
     """
-    prior, baseline = learnt_prior(trace), trace.baseline
-    if prior is None or trace.reference or baseline.fold_errors is not None:
+    prior = learnt_prior(trace)
+    if prior is None or trace.reference or trace.baseline.fold_errors is not None:
         return None
     tried = acting(catalogue() if effects is None else effects, in_space=False)
     asked = _Asked(trace, prior, tried, alpha, seed, threads, simulations, report or (lambda words, ahead: None))
     with threadpool_limits(1, user_api="blas"):
-        first = _stage(asked, baseline)
-        last, best, left = found = first, baseline, _left_of(asked, first, None)
-        while len(best.names) < MOST_EFFECTS:
-            stage = first if best is baseline else _stage(asked, best)
-            if stage.chance.p > alpha or not stage.found:
-                break
-            last, best = stage, stage.found[0].fitted
-            left = _left_of(asked, last, last.found[0])
-            found = (last, best, left) if last is first else found
-            if not _is_more(asked, left):
-                break
-        if _is_more(asked, left):  # further effects that take a part may take what the baseline lacks
-            last, best, left = found
-    p_none = first.chance.p
-    compared = tuple(_compared(trace, one) for one in last.found)
+        first = _stage(asked, trace.baseline)
+        better = _better_baseline(asked, first)
+        if better is not None:
+            asked = replace(asked, trace=without_effects(POLICIES[trace.model], better))
+            first = _stage(asked, better, [one.fitted for one in first.found])
+        return _decided(asked, first)
+
+
+def _decided(asked: _Asked, first: _Stage) -> Decision:
+    """Look for further effects after the first, and judge what is left."""
+    baseline, alpha = asked.trace.baseline, asked.alpha
+    last, best, left = found = first, baseline, _left_of(asked, first, None)
+    while len(best.names) < MOST_EFFECTS:
+        stage = first if best is baseline else _stage(asked, best)
+        if stage.chance.p > alpha or not stage.found:
+            break
+        if stage is not first and len(_in_set(stage.found, alpha)) > 1:  # a further effect that is told apart
+            break
+        last, best = stage, stage.found[0].fitted
+        left = _left_of(asked, last, last.found[0])
+        found = (last, best, left) if last is first else found
+        if not _is_more(asked, left):
+            break
+    if _is_more(asked, left):  # further effects that take a part may take what the baseline lacks
+        last, best, left = found
+    compared = tuple(_compared(asked.trace, one) for one in last.found)
     return Decision(
         alpha=alpha,
-        p_none=p_none,
-        simulations=simulations,
+        p_none=first.chance.p,
+        simulations=asked.simulations,
         verdict=_verdict(
             [one.p > alpha or one.within for one in compared],
-            claimed=p_none <= alpha,
+            claimed=first.chance.p <= alpha,
             more=_is_more(asked, left),
             most=best is not baseline and _explains_most(baseline, best, left),
         ),
+        baseline=asked.trace.baseline,
         best=best,
         compared=compared,
         discrepancy_deg=left,
         statistics=first.chance.statistics,
         critical=first.chance.critical,
     )
+
+
+def _better_baseline(asked: _Asked, first: _Stage) -> Fitted | None:
+    """Fit the baseline again from its parameters beside the best effect; None where that is no better."""
+    if first.chance.p > asked.alpha or not first.found:
+        return None
+    before, best = asked.trace.baseline, first.found[0].fitted
+    model = Model(before.model.problem)
+    with suppress(SolverError, RigError):
+        found = fit(model, before.holdout, best.x[: model.baseline_size], threads=asked.threads)
+        return found if found.train_square < (1 - CONTAINED_TOLERANCE) * before.train_square else None
+    return None
 
 
 def learnt_prior(trace: Trace) -> DiscrepancyPrior | None:
@@ -200,11 +233,11 @@ def learnt_prior(trace: Trace) -> DiscrepancyPrior | None:
     return discrepancy_priors().get(trace.model) if in_mm or not trace.known else None
 
 
-def _stage(asked: _Asked, base: Fitted) -> _Stage:
+def _stage(asked: _Asked, base: Fitted, known: Sequence[Fitted] = ()) -> _Stage:
     """Test whether there is one more effect than those of a model, and compare all models that have it.
 
     Where the shapes of the starts do not look like chance, all effects race, and what their fits change joins these
-    shapes: of the records and of the draws alike.
+    shapes: of the records and of the draws alike. ``known`` are fits with one more effect that were made already.
     """
     shapes = shapes_beside(base, asked.effects, asked.threads)
     grid, chance = _tested(asked, base, shapes, min(EARLY_SIMULATIONS, asked.simulations))
@@ -212,12 +245,17 @@ def _stage(asked: _Asked, base: Fitted) -> _Stage:
     if chance.p <= NO_CLAIM:
         names = {one.effect for one in shapes}
         effects = [effect for effect in asked.effects if effect.name in names]
-        fits = [one for one in raced(base, effects, asked.threads, asked.report) if not implausible(one)]
+        fits = [one for one in raced(base, effects, asked.threads, asked.report, known) if not implausible(one)]
         grid, chance = _tested(asked, base, with_fits(shapes, base, fits), asked.simulations)
     elif asked.simulations > EARLY_SIMULATIONS:
         chance = chance_of(grid, seed=asked.seed, simulations=asked.simulations)
     found = front_runners_of(grid, fits, sensor_deg=_sensor_deg(asked), seed=asked.seed, simulations=asked.simulations)
     return _Stage(grid, chance, found)
+
+
+def _in_set(found: Sequence[FrontRunner], alpha: float) -> list[FrontRunner]:
+    """Models that the record does not tell from the best one."""
+    return [one for one in found if one.p > alpha or one.within]
 
 
 def _tested(asked: _Asked, base: Fitted, shapes: Sequence[Shape], simulations: int) -> tuple[Grid, Chance]:
@@ -253,7 +291,7 @@ def _verdict(in_set: Sequence[bool], *, claimed: bool, more: bool, most: bool) -
     """Verdict from which models are in the set, whether more is left than clean rigs leave, and most is explained."""
     if not claimed:
         return "unexplained" if more else "none"
-    if not any(in_set) or (more and not most):
+    if not 0 < sum(in_set) <= 1 + MOST_ALIKE or (more and not most):
         return "unexplained"
     return "partial" if more else "effect" if sum(in_set) == 1 else "ambiguous"
 

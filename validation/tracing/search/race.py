@@ -43,12 +43,15 @@ class _Runner:
     fitted: Fitted | None = None
 
 
-def raced(base: Fitted, effects: Sequence[Effect], threads: int, report: Progress) -> list[Fitted]:
+def raced(
+    base: Fitted, effects: Sequence[Effect], threads: int, report: Progress, known: Sequence[Fitted] = ()
+) -> list[Fitted]:
     """Fit each of some effects in addition to those of a model: the best fit of each, the best effect first.
 
-    ``report`` is called before every fit.
+    ``known`` are such fits that were made beside another baseline: they compete. ``report`` is called before every fit.
     """
-    declared, done = _declared(base, threads), list[_Runner]()
+    declared = None if known else _declared(base, threads)
+    done = [_Runner(one.names[-1], one.model, one.x, one.train_square, one) for one in known]
     field = [runner for effect in effects for runner in _starts(base, declared, effect, threads)]
     for budget, far in BUDGETS.items():
         ran = list[tuple[_Runner, _Runner]]()
