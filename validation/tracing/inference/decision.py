@@ -34,8 +34,8 @@ from validation.tracing.verdict import without_effects
 
 DecisionVerdict = Literal["none", "effect", "partial", "ambiguous", "unexplained"]
 ALPHA = 0.05
-NO_CLAIM = 0.3
-"""p by the shapes of the starts from which no effect is fitted: nothing will be claimed."""
+NO_CLAIM = 2.0
+"""p by the shapes of the starts over alpha from which no effect is fitted: nothing will be claimed."""
 EARLY_SIMULATIONS = 199
 
 
@@ -143,6 +143,7 @@ class _Asked:
     seed: int
     threads: int
     simulations: int
+    most_effects: int
     report: Progress
 
 
@@ -154,6 +155,7 @@ def decide(
     seed: int = 0,
     threads: int = 1,
     simulations: int = SIMULATIONS,
+    most_effects: int = MOST_EFFECTS,
     report: Progress | None = None,
 ) -> Decision | None:
     """Decide what the records of a trace show beside its baseline.
@@ -167,7 +169,8 @@ def decide(
     if prior is None or trace.reference or trace.baseline.fold_errors is not None:
         return None
     tried = acting(catalogue() if effects is None else effects, in_space=False)
-    asked = _Asked(trace, prior, tried, alpha, seed, threads, simulations, report or (lambda words, ahead: None))
+    told = report or (lambda words, ahead: None)
+    asked = _Asked(trace, prior, tried, alpha, seed, threads, simulations, most_effects, told)
     with threadpool_limits(1, user_api="blas"):
         first = _stage(asked, trace.baseline)
         better = _better_baseline(asked, first)
@@ -181,7 +184,7 @@ def _decided(asked: _Asked, first: _Stage) -> Decision:
     """Look for further effects after the first, and judge what is left."""
     baseline, alpha = asked.trace.baseline, asked.alpha
     last, best, left = found = first, baseline, _left_of(asked, first, None)
-    while len(best.names) < MOST_EFFECTS:
+    while len(best.names) < asked.most_effects:
         stage = first if best is baseline else _stage(asked, best)
         if stage.chance.p > alpha or not stage.found:
             break
@@ -242,7 +245,7 @@ def _stage(asked: _Asked, base: Fitted, known: Sequence[Fitted] = ()) -> _Stage:
     shapes = shapes_beside(base, asked.effects, asked.threads)
     grid, chance = _tested(asked, base, shapes, min(EARLY_SIMULATIONS, asked.simulations))
     fits = list[Fitted]()
-    if chance.p <= NO_CLAIM:
+    if chance.p <= NO_CLAIM * asked.alpha:
         names = {one.effect for one in shapes}
         effects = [effect for effect in asked.effects if effect.name in names]
         fits = [one for one in raced(base, effects, asked.threads, asked.report, known) if not implausible(one)]
