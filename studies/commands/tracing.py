@@ -26,7 +26,7 @@ from validation.tracing import catalogue, trace_records
 from validation.tracing.baseline.in_space import SpaceProblem
 from validation.tracing.effect import acting
 from validation.tracing.figures import figures
-from validation.tracing.inference import ALPHA
+from validation.tracing.inference import ALPHA, learnt_prior, times_needed
 from validation.tracing.next_experiment import Experiment, next_experiment
 from validation.tracing.outcome import Trace
 from validation.tracing.result import DetectionLimit, FigureFile, NextProgram, TraceReport, in_words, trace_report
@@ -183,7 +183,11 @@ def limits_of(trace: Trace) -> list[DetectionLimit]:
     hidden = {OTHER_AMPLITUDE, OTHER_RATE} & {*trace.words}
     if trace.verdict not in ("none", "partial", "unexplained") or hidden:
         return []
-    return detection_limits(trace.augmented, acting(catalogue(), in_space=_is_in_space(trace)), trace.floor.deg)
+    effects, prior = acting(catalogue(), in_space=_is_in_space(trace)), learnt_prior(trace)
+    needed = None
+    if trace.decision is not None and prior is not None:
+        needed = times_needed(trace.augmented, effects, prior, trace.decision.alpha)
+    return detection_limits(trace.augmented, effects, trace.floor.deg, needed)
 
 
 def _is_in_space(trace: Trace) -> bool:

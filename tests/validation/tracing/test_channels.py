@@ -12,6 +12,7 @@ from fem_models.load import sine
 from fem_models.load_control import run_load_control
 from fem_models.rig import preset
 from hysteresis.records.record import Record
+from studies.commands.tracing import limits_of
 from validation.tracing.baseline.known_rig import known_rig_problem, rig_under_tendon_force
 from validation.tracing.baseline.runs import _reach_deg
 from validation.tracing.effect import catalogue
@@ -174,9 +175,10 @@ def test_of_several_amounts_the_first_one_that_acts_has_the_limit(monkeypatch):
     (fatigue,) = [e for e in catalogue() if e.name == "functional_fatigue"]
 
     def of_angle_alone(fitted, added, values):
-        return detection._Action(*2 * (10.0 * abs(values["residual_deg"]),))
+        return np.full(found.rows.errors.size, abs(values["residual_deg"]))
 
-    monkeypatch.setattr(detection, "_action", of_angle_alone)
+    monkeypatch.setattr(detection, "_change", of_angle_alone)
+    monkeypatch.setattr(detection, "_action", lambda fitted, change: detection._Action(*2 * (10.0 * change[0],)))
     (limit,) = detection_limits(found, [fatigue], 0.05)
     assert limit.parameter == "residual_deg"
 
@@ -194,7 +196,7 @@ def test_a_detection_limit_of_the_angle_s_sensor_holds_beside_tensions():
     tried = [e for e in catalogue() if e.name == "thermal_drift"]
     clean = trace_records([drifting(0.0, 0.05)], threads=1, effects=tried)
     assert clean.verdict == "none"
-    (limit,) = detection_limits(clean.augmented, tried, clean.floor.deg)
+    (limit,) = (one for one in limits_of(clean) if one.name == "thermal_drift")
     above, below = (trace_records([drifting(k * limit.size, 0.05)], threads=1, effects=tried) for k in (1.35, 0.35))
     assert above.names == ("thermal_drift",)
     assert not below.names

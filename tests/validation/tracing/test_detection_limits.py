@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
+from studies.commands.tracing import limits_of
 from validation.practice import draw_case
 from validation.tracing import catalogue, trace_records
-from validation.tracing.search.detection import detection_limits
 
 DRIFT = [effect for effect in catalogue() if effect.name == "thermal_drift"]
 
@@ -21,7 +21,7 @@ def test_a_third_above_the_limit_is_named_and_as_much_below_is_not(number, rig):
     assert case.truth.rig == rig
     clean = trace_records(case.records, threads=1, effects=DRIFT)
     assert clean.verdict == "none"
-    (limit,) = detection_limits(clean.augmented, DRIFT, clean.floor.deg)
+    (limit,) = (one for one in limits_of(clean) if one.name == "thermal_drift")
 
     def drifting(rate):
         return [replace(r, angle_deg=r.angle_deg + rate * (r.time_s - r.time_s[0])) for r in case.records]

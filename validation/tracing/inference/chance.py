@@ -8,7 +8,7 @@ the record) / (1 + draws) (Davison, Hinkley 1997, section 4.2.3).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
@@ -21,6 +21,7 @@ from validation.tracing.inference.relevance import Grid
 from validation.tracing.inference.score import Covariance, log_likelihood, noise_deg, plain_square, scored
 
 SIMULATIONS = 999
+LEVELS = (0.01, 0.05, 0.2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +35,7 @@ class Chance:
     statistics
         Of each effect, by name.
     critical
-        Statistic that chance reaches in a part alpha of the draws, for each alpha of 0.01, 0.05 and 0.2.
+        Statistic that chance reaches in a part alpha of the draws, for each alpha that was asked for.
     covariance, noise_deg
         Most likely without an effect.
     """
@@ -46,8 +47,11 @@ class Chance:
     noise_deg: float
 
 
-def chance_of(grid: Grid, *, seed: int = 0, simulations: int = SIMULATIONS) -> Chance:
-    """Test whether a record shows any effect that it has a shape of; p is 1 where the residual is within steps."""
+def chance_of(grid: Grid, *, seed: int = 0, simulations: int = SIMULATIONS, levels: Sequence[float] = LEVELS) -> Chance:
+    """Test whether a record shows any effect that it has a shape of; p is 1 where the residual is within steps.
+
+    ``levels`` are the parts of the draws that reach the critical values.
+    """
     linear, rng = grid.linear, np.random.default_rng(seed)
     likely = likelihoods(grid)
     weights = np.exp([one.score - likely[0].score for one in likely])
@@ -63,7 +67,7 @@ def chance_of(grid: Grid, *, seed: int = 0, simulations: int = SIMULATIONS) -> C
     return Chance(
         p=1.0 if linear.within_steps else float(1 + (largest[1:] >= largest[0]).sum()) / (1 + simulations),
         statistics=dict(zip(linear.names, statistics[:, 0].tolist(), strict=True)),
-        critical={alpha: float(np.quantile(largest[1:], 1 - alpha)) for alpha in (0.01, 0.05, 0.2)},
+        critical={alpha: float(np.quantile(largest[1:], 1 - alpha)) for alpha in levels},
         covariance=likely[0].covariance,
         noise_deg=likely[0].noise_deg,
     )

@@ -1,16 +1,16 @@
 """Detection limits: the smallest size of each effect that these records would have shown.
 
 An effect is added to the model that was found, larger and larger, and the records are thought of as made with it. What
-the other parameters cannot absorb of its action (their linearised fit) must be large enough to be named by the rules of
-the search and of the verdict: worth naming against the error that is left, beyond the bar of the criterion and beyond
-what counts as noise, a large enough part of what is above the noise, and by a margin that nine of ten repetitions pass.
-Limits of this kind are those of a linearised fit; a search may miss an effect of that size for want of a start.
+the other parameters cannot absorb of its action (their linearised fit) must be large enough for the test to claim it
+(:mod:`validation.tracing.inference.limits`) in nine of ten repetitions. Where rules decide, it must be named by them:
+worth naming against the error that is left, beyond the bar of the criterion and beyond what counts as noise, and a
+large enough part of what is above the noise. A search may miss an effect of that size for want of a start.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -49,8 +49,13 @@ from validation.tracing.settings import (
     WORTH_NAMING,
 )
 
+Needed = Callable[[Floats], float]
+"""How many times larger a change of all that is fitted must be to be named, shape (m,), deg; infinite: no size is."""
 
-def detection_limits(fitted: Fitted, effects: Sequence[Effect], floor_deg: float) -> list[DetectionLimit]:
+
+def detection_limits(
+    fitted: Fitted, effects: Sequence[Effect], floor_deg: float, needed: Needed | None = None
+) -> list[DetectionLimit]:
     """Give the detection limit of each effect with an amount that a model does not have.
 
     Effects without a limit within the bounds of their parameters are left out: no size that the fit allows would show.
@@ -62,9 +67,10 @@ def detection_limits(fitted: Fitted, effects: Sequence[Effect], floor_deg: float
         The model that was found, fitted to records.
     floor_deg
         Noise floor; the error that is left counts where it is larger.
+    needed
+        How much larger a change must be, by the rules if it is not given.
     """
-    left = max(floor_deg, fitted.heldout_rmse_deg if math.isfinite(fitted.heldout_rmse_deg) else 0.0)
-    needed = _needed(fitted, left, floor_deg, len(effects))
+    needed = needed or _by_rules(fitted, floor_deg, len(effects))
     out = []
     for effect in effects:
         if effect.name in fitted.names:
@@ -73,6 +79,13 @@ def detection_limits(fitted: Fitted, effects: Sequence[Effect], floor_deg: float
         if found:
             out.append(found[0])
     return out
+
+
+def _by_rules(fitted: Fitted, floor_deg: float, effects: int) -> Needed:
+    """Give what the rules ask of a change."""
+    left = max(floor_deg, fitted.heldout_rmse_deg if math.isfinite(fitted.heldout_rmse_deg) else 0.0)
+    needed = _needed(fitted, left, floor_deg, effects)
+    return lambda change: needed.over(_action(fitted, change))
 
 
 @dataclass(frozen=True)
@@ -181,7 +194,7 @@ def _forms(fitted: Fitted, effect: Effect) -> list[Any]:
     return sorted(forms, key=lambda form: len(form.parameters))
 
 
-def _limit(fitted: Fitted, effect: Effect, form: Any, needed: _Needed) -> DetectionLimit | None:
+def _limit(fitted: Fitted, effect: Effect, form: Any, needed: Needed) -> DetectionLimit | None:
     """Scale the first start of a form until its action is as large as needed; None beyond its bounds.
 
     Of several amounts, such as a sine and a cosine, one acts alone, the first with a limit: its size is the effect's.
@@ -202,15 +215,15 @@ def _limit(fitted: Fitted, effect: Effect, form: Any, needed: _Needed) -> Detect
 
 
 def _limit_of_amount(
-    fitted: Fitted, added: AddedEffect, amount: FreeParameter, start: dict[str, float], needed: _Needed
+    fitted: Fitted, added: AddedEffect, amount: FreeParameter, start: dict[str, float], needed: Needed
 ) -> DetectionLimit | None:
     """Scale an amount until its action is as large as needed; None beyond its bounds, or without an action."""
     form = added.form
     most = _largest_factor(form.parameters, start)
     factor = min(1.0, most)
     for _ in range(DETECTION_RUNS):
-        action = _action(fitted, added, _scaled(form.parameters, start, factor))
-        if action is None or not math.isfinite(step := needed.over(action)) or step <= 0.0:
+        change = _change(fitted, added, _scaled(form.parameters, start, factor))
+        if change is None or not math.isfinite(step := needed(change)) or step <= 0.0:
             return None
         if abs(step - 1.0) < SAME_ACTION:
             return DetectionLimit(added.effect.name, amount.name, abs(start[amount.name]) * factor, amount.unit)
@@ -235,11 +248,12 @@ def _scaled(parameters: Sequence[FreeParameter], start: Values, factor: float) -
 
 def action_deg(fitted: Fitted, added: AddedEffect, values: Values) -> float | None:
     """Rms change of the angle by an effect, less what the other parameters absorb of it; None without a solution."""
-    action = _action(fitted, added, values)
-    return None if action is None else action.angle_deg
+    change = _change(fitted, added, values)
+    return None if change is None else _action(fitted, change).angle_deg
 
 
-def _action(fitted: Fitted, added: AddedEffect, values: Values) -> _Action | None:
+def _change(fitted: Fitted, added: AddedEffect, values: Values) -> Floats | None:
+    """Change of all that is fitted by an effect, shape (m,), deg; None without a solution."""
     model = Model(fitted.model.problem, (*fitted.model.added, added))
     baseline, effects = fitted.model.values(fitted.x)
     low, high = model.bounds()
@@ -248,8 +262,10 @@ def _action(fitted: Fitted, added: AddedEffect, values: Values) -> _Action | Non
         change = fitted.holdout.stacked(model.errors(x)) - fitted.rows.errors
     except (SolverError, RigError):
         return None
-    if not np.isfinite(change).all():
-        return None
+    return change if np.isfinite(change).all() else None
+
+
+def _action(fitted: Fitted, change: Floats) -> _Action:
     jacobian: Floats = fitted.rows.jacobian  # channels that were fitted with the angle fix parameters, too
     remaining = change + jacobian @ solve(jacobian, -change)
     return _Action(rms(remaining[: fitted.error_deg.size]), rms(remaining))
