@@ -76,8 +76,12 @@ class Decision:
         The best model: the baseline where nothing is claimed.
     compared
         Models with as many effects that were fitted, the best first.
+    shown
+        Fits that leave less than all of these, with parameters that make no sense.
     discrepancy_deg
         What the best model leaves above the noise of the sensor, rms.
+    leaves_more
+        Whether that is more than clean rigs leave.
     statistics, critical
         T of each first effect, and its values that chance reaches in 0.01, 0.05 and 0.2 of the draws.
     """
@@ -89,7 +93,9 @@ class Decision:
     baseline: Fitted
     best: Fitted
     compared: tuple[Compared, ...]
+    shown: tuple[Fitted, ...]
     discrepancy_deg: float
+    leaves_more: bool
     statistics: Mapping[str, float]
     critical: Mapping[float, float]
 
@@ -125,11 +131,15 @@ class Decision:
 
 @dataclass(frozen=True, eq=False)
 class _Stage:
-    """Test of one more effect beside a model, and the models with one that were fitted, the best first."""
+    """Test of one more effect beside a model, and the models with one that were fitted, the best first.
+
+    ``shown`` are fits that leave less, with parameters that make no sense.
+    """
 
     grid: Grid
     chance: Chance
     found: Sequence[FrontRunner]
+    shown: Sequence[Fitted]
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,7 +207,7 @@ def _decided(asked: _Asked, first: _Stage) -> Decision:
             break
     if _is_more(asked, left):  # further effects that take a part may take what the baseline lacks
         last, best, left = found
-    compared = tuple(_compared(asked.trace, one) for one in last.found)
+    compared, more = tuple(_compared(asked.trace, one) for one in last.found), _is_more(asked, left)
     return Decision(
         alpha=alpha,
         p_none=first.chance.p,
@@ -205,13 +215,15 @@ def _decided(asked: _Asked, first: _Stage) -> Decision:
         verdict=_verdict(
             [one.p > alpha or one.within for one in compared],
             claimed=first.chance.p <= alpha,
-            more=_is_more(asked, left),
+            more=more,
             most=best is not baseline and _explains_most(baseline, best, left),
         ),
         baseline=asked.trace.baseline,
         best=best,
         compared=compared,
+        shown=tuple(last.shown),
         discrepancy_deg=left,
+        leaves_more=more,
         statistics=first.chance.statistics,
         critical=first.chance.critical,
     )
@@ -244,16 +256,18 @@ def _stage(asked: _Asked, base: Fitted, known: Sequence[Fitted] = ()) -> _Stage:
     """
     shapes = shapes_beside(base, asked.effects, asked.threads)
     grid, chance = _tested(asked, base, shapes, min(EARLY_SIMULATIONS, asked.simulations))
-    fits = list[Fitted]()
+    fits, shown = list[Fitted](), list[Fitted]()
     if chance.p <= NO_CLAIM * asked.alpha:
         names = {one.effect for one in shapes}
         effects = [effect for effect in asked.effects if effect.name in names]
-        fits = [one for one in raced(base, effects, asked.threads, asked.report, known) if not implausible(one)]
+        every = raced(base, effects, asked.threads, asked.report, known)
+        fits = [one for one in every if not implausible(one)]
+        shown = every[: every.index(fits[0])] if fits else every[:1]
         grid, chance = _tested(asked, base, with_fits(shapes, base, fits), asked.simulations)
     elif asked.simulations > EARLY_SIMULATIONS:
         chance = chance_of(grid, seed=asked.seed, simulations=asked.simulations)
     found = front_runners_of(grid, fits, sensor_deg=_sensor_deg(asked), seed=asked.seed, simulations=asked.simulations)
-    return _Stage(grid, chance, found)
+    return _Stage(grid, chance, found, shown)
 
 
 def _in_set(found: Sequence[FrontRunner], alpha: float) -> list[FrontRunner]:

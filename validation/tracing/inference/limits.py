@@ -2,8 +2,8 @@
 
 A change c of the angle beyond the tangent of the fit makes T = n log(1 + q/n), where the root of q is that of c'P c
 over the noise, less 1.28 at most in nine of ten draws. T must be as large as chance makes it in a part alpha of the
-draws. P is that of the most likely covariance with all smooth functions as large as clean rigs have them: these take most of
-an effect that is a function of the drive alone.
+draws. P is that of the most likely covariance with all smooth functions as large as clean rigs have them, which take
+most of an effect that is a function of the drive alone.
 """
 
 from __future__ import annotations
