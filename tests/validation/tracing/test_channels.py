@@ -12,7 +12,6 @@ from fem_models.load import sine
 from fem_models.load_control import run_load_control
 from fem_models.rig import preset
 from hysteresis.records.record import Record
-from studies.commands.tracing import limits_of
 from validation.tracing.baseline.known_rig import known_rig_problem, rig_under_tendon_force
 from validation.tracing.baseline.runs import _reach_deg
 from validation.tracing.effect import catalogue
@@ -20,6 +19,7 @@ from validation.tracing.fitting import Model, fit
 from validation.tracing.fitting.evidence import beats_smooth_functions, curve_does_as_well
 from validation.tracing.fitting.holdout import divide_records
 from validation.tracing.fitting.smooth import Smooth
+from validation.tracing.inference import ALPHA, learnt_prior, times_needed
 from validation.tracing.problem import AddedEffect
 from validation.tracing.result import in_words, trace_report
 from validation.tracing.search import detection
@@ -196,7 +196,8 @@ def test_a_detection_limit_of_the_angle_s_sensor_holds_beside_tensions():
     tried = [e for e in catalogue() if e.name == "thermal_drift"]
     clean = trace_records([drifting(0.0, 0.05)], threads=1, effects=tried)
     assert clean.verdict == "none"
-    (limit,) = (one for one in limits_of(clean) if one.name == "thermal_drift")
+    needed = times_needed(clean.augmented, tried, learnt_prior(clean), ALPHA)
+    (limit,) = detection_limits(clean.augmented, tried, clean.floor.deg, needed)
     above, below = (trace_records([drifting(k * limit.size, 0.05)], threads=1, effects=tried) for k in (1.35, 0.35))
     assert above.names == ("thermal_drift",)
     assert not below.names

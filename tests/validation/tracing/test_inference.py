@@ -14,6 +14,7 @@ from validation.tracing import trace_records
 from validation.tracing.inference import decide
 from validation.tracing.inference.autoregression import coloured, gaps, log_determinant, whitened
 from validation.tracing.inference.chance import chance_of, drawn, scales_of_rigs
+from validation.tracing.inference.decision import _verdict
 from validation.tracing.inference.discrepancy import Linearised, orthonormal
 from validation.tracing.inference.front_runners import front_runners_of
 from validation.tracing.inference.priors import DiscrepancyPrior, discrepancy_priors
@@ -334,3 +335,15 @@ def test_two_effects_are_named_one_beside_the_other():
     assert (trace.verdict, trace.confusable) == ("effect", ((), ()))
     assert trace.augmented.rmse_deg < 1.1 * trace.floor.deg
     assert single.names == ("tendon_creep",)
+
+
+@pytest.mark.parametrize(
+    ("alike", "verdict"), [(0, "unexplained"), (1, "effect"), (3, "ambiguous"), (4, "unexplained")]
+)
+def test_a_claim_names_what_at_most_two_others_fit_as_well(alike, verdict):
+    assert _verdict([True] * alike + [False] * 2, claimed=True, more=False, most=True) == verdict
+
+
+@pytest.mark.parametrize(("most", "verdict"), [(True, "partial"), (False, "unexplained")])
+def test_an_effect_beside_more_than_clean_rigs_leave_is_a_part(most, verdict):
+    assert _verdict([True], claimed=True, more=True, most=most) == verdict
