@@ -17,7 +17,7 @@ DRIFT = [effect for effect in catalogue() if effect.name == "thermal_drift"]
 @pytest.mark.slow
 @pytest.mark.parametrize(("number", "rig"), [(8, "measured joints"), (0, "du2018")])
 def test_a_third_above_the_limit_is_named_and_a_third_of_it_is_not(number, rig):
-    """At the limit nine of ten records have it named: at two thirds about a half, by T's normal law, at a third one of six.
+    """Nine of ten records have it named at the limit, a half at two thirds (T is normal), one of six at a third.
 
     The same effect is tried as the limit is of: with more of them, chance reaches more.
     """

@@ -34,8 +34,9 @@ from validation.tracing.verdict import without_effects
 
 DecisionVerdict = Literal["none", "effect", "partial", "ambiguous", "unexplained"]
 ALPHA = 0.05
-NO_CLAIM = 2.0
-"""p by the shapes of the starts over alpha from which no effect is fitted: nothing will be claimed."""
+NO_CLAIM, LIKE_CHANCE = 2.0, 0.5
+"""p by the shapes of the starts from which no effect is fitted: over alpha, where no more is left than clean rigs leave,
+and whatever is left."""
 EARLY_SIMULATIONS = 199
 
 
@@ -252,12 +253,14 @@ def _stage(asked: _Asked, base: Fitted, known: Sequence[Fitted] = ()) -> _Stage:
     """Test whether there is one more effect than those of a model, and compare all models that have it.
 
     Where the shapes of the starts do not look like chance, all effects race, and what their fits change joins these
-    shapes: of the records and of the draws alike. ``known`` are fits with one more effect that were made already.
+    shapes: of the records and of the draws alike. So they do where more is left than clean rigs leave, before this is
+    called unexplained. ``known`` are fits with one more effect that were made already.
     """
     shapes = shapes_beside(base, asked.effects, asked.threads)
     grid, chance = _tested(asked, base, shapes, min(EARLY_SIMULATIONS, asked.simulations))
     fits, shown = list[Fitted](), list[Fitted]()
-    if chance.p <= NO_CLAIM * asked.alpha:
+    most = LIKE_CHANCE if _is_more(asked, _left_beside(asked, grid, chance)) else NO_CLAIM * asked.alpha
+    if chance.p <= most:
         names = {one.effect for one in shapes}
         effects = [effect for effect in asked.effects if effect.name in names]
         every = raced(base, effects, asked.threads, asked.report, known)
@@ -282,9 +285,15 @@ def _tested(asked: _Asked, base: Fitted, shapes: Sequence[Shape], simulations: i
 
 def _left_of(asked: _Asked, stage: _Stage, best: FrontRunner | None) -> float:
     """Measure what the best model of a stage leaves above the noise, deg, or that beside which it tests."""
-    if best is None:
-        return leftover_deg(stage.grid.linear, stage.chance.covariance, stage.chance.noise_deg, _sensor_deg(asked))
-    return left_deg(stage.grid, best, _sensor_deg(asked))
+    return (
+        _left_beside(asked, stage.grid, stage.chance)
+        if best is None
+        else left_deg(stage.grid, best, _sensor_deg(asked))
+    )
+
+
+def _left_beside(asked: _Asked, grid: Grid, chance: Chance) -> float:
+    return leftover_deg(grid.linear, chance.covariance, chance.noise_deg, _sensor_deg(asked))
 
 
 def _sensor_deg(asked: _Asked) -> float | None:
