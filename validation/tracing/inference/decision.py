@@ -35,8 +35,8 @@ from validation.tracing.verdict import without_effects
 DecisionVerdict = Literal["none", "effect", "partial", "ambiguous", "unexplained"]
 ALPHA = 0.05
 NO_CLAIM, LIKE_CHANCE = 2.0, 0.5
-"""p by the shapes of the starts from which no effect is fitted: over alpha, where no more is left than clean rigs leave,
-and whatever is left."""
+"""p by the shapes of the starts above which no effect is fitted: over alpha where no more is left than clean rigs
+leave, and whatever is left."""
 EARLY_SIMULATIONS = 199
 
 
