@@ -218,6 +218,7 @@ def fit_of(linear, columns):
         holdout=SimpleNamespace(series_masks=lambda channels: masks),
         model=SimpleNamespace(bounds=lambda: bounds, problem=SimpleNamespace(channels=())),
         x=np.zeros(jacobian.shape[1]),
+        noise=SimpleNamespace(unrepeated_deg=0.05),
     )
 
 
@@ -230,7 +231,7 @@ def compared(seed, amount, alike):
     linear = replace(linear, residual=amount * shape + noise)
     grid = Grid(linear, PRIOR, [Covariance(0.0, (), 0.1)], {0.0: reduced(linear, 0.0)})
     fits = [fit_of(linear, own) for own in (shape, near, other)]
-    found = front_runners_of(grid, fits, sensor_deg=0.05, seed=seed, simulations=199)
+    found = front_runners_of(grid, fits, seed=seed, simulations=199)
     return [next(one for one in found if one.fitted is fit) for fit in fits]
 
 

@@ -82,7 +82,7 @@ def clean_rig(make: str, trace: Trace) -> CleanRig:
     with threadpool_limits(1, user_api="blas"):
         shapes = shapes_beside(baseline, acting(catalogue(), in_space=False))
         grid = relevant_grid(linearised(baseline, shapes), ANY_SCALE)
-        return CleanRig(make, trace.model, grid, trace.floor.sensor_deg, _log_likelihoods(grid))
+        return CleanRig(make, trace.model, grid, trace.floor.unrepeated_deg, _log_likelihoods(grid))
 
 
 def _log_likelihoods(grid: Grid) -> Floats:

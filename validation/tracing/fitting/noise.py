@@ -68,6 +68,11 @@ class NoiseFloor:
         return self.local_deg if self.local_known else None
 
     @property
+    def unrepeated_deg(self) -> float | None:
+        """Noise of the sensor, or what one cycle differs from the next if that is more; None where neither is known."""
+        return max(self.local_deg, self.repeats_deg or 0.0) if self.local_known else self.repeats_deg
+
+    @property
     def deg(self) -> float:
         """The floor."""
         if self.repeats_deg is None:

@@ -269,7 +269,7 @@ def _stage(asked: _Asked, base: Fitted, known: Sequence[Fitted] = ()) -> _Stage:
         grid, chance = _tested(asked, base, with_fits(shapes, base, fits), asked.simulations)
     elif asked.simulations > EARLY_SIMULATIONS:
         chance = chance_of(grid, seed=asked.seed, simulations=asked.simulations)
-    found = front_runners_of(grid, fits, sensor_deg=_sensor_deg(asked), seed=asked.seed, simulations=asked.simulations)
+    found = front_runners_of(grid, fits, seed=asked.seed, simulations=asked.simulations)
     return _Stage(grid, chance, found, shown)
 
 
@@ -285,21 +285,11 @@ def _tested(asked: _Asked, base: Fitted, shapes: Sequence[Shape], simulations: i
 
 def _left_of(asked: _Asked, stage: _Stage, best: FrontRunner | None) -> float:
     """Measure what the best model of a stage leaves above the noise, deg, or that beside which it tests."""
-    return (
-        _left_beside(asked, stage.grid, stage.chance)
-        if best is None
-        else left_deg(stage.grid, best, _sensor_deg(asked))
-    )
+    return _left_beside(asked, stage.grid, stage.chance) if best is None else left_deg(stage.grid, best)
 
 
 def _left_beside(asked: _Asked, grid: Grid, chance: Chance) -> float:
-    return leftover_deg(grid.linear, chance.covariance, chance.noise_deg, _sensor_deg(asked))
-
-
-def _sensor_deg(asked: _Asked) -> float | None:
-    """Noise of the sensor; what one cycle differs from the next counts as noise where the floor is from that."""
-    floor = asked.trace.floor
-    return floor.deg if floor.by_repeats else floor.sensor_deg
+    return leftover_deg(grid.linear, chance.covariance, chance.noise_deg, asked.trace.floor.unrepeated_deg)
 
 
 def _is_more(asked: _Asked, left_deg: float) -> bool:

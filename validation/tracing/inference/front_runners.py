@@ -73,13 +73,8 @@ class _Fits:
     tangents: Sequence[Floats]
 
 
-def front_runners_of(
-    grid: Grid, fits: Sequence[Fitted], *, sensor_deg: float | None, seed: int = 0, simulations: int
-) -> list[FrontRunner]:
-    """Compare fits with effects, the best first; empty without any.
-
-    ``sensor_deg`` is the noise of the sensor, None where it is not known.
-    """
+def front_runners_of(grid: Grid, fits: Sequence[Fitted], *, seed: int = 0, simulations: int) -> list[FrontRunner]:
+    """Compare fits with effects, the best first; empty without any."""
     if not fits:
         return []
     residuals = np.column_stack([-one.rows.errors[one.rows.train] for one in fits])
@@ -102,7 +97,7 @@ def front_runners_of(
         for i, (one, own_scores) in enumerate(zip(found, drawn_scores, strict=True))
     ]
     found.sort(key=lambda one: one.behind)
-    rest, leading = left_deg(grid, found[0], sensor_deg), found[0].fitted
+    rest, leading = left_deg(grid, found[0]), found[0].fitted
     return [replace(one, within=_difference_deg(one.fitted, leading) <= rest) for one in found]
 
 
@@ -112,11 +107,11 @@ def _difference_deg(one: Fitted, other: Fitted) -> float:
     return float(np.sqrt(np.mean(difference**2)))
 
 
-def left_deg(grid: Grid, one: FrontRunner, sensor_deg: float | None) -> float:
+def left_deg(grid: Grid, one: FrontRunner) -> float:
     """Measure what a model leaves above the noise of the sensor, rms, deg."""
     rows = one.fitted.rows
     own = replace(grid.linear, residual=-rows.errors[rows.train], tangent=tangent_of(one.fitted))
-    return leftover_deg(own, one.covariance, one.noise_deg, sensor_deg)
+    return leftover_deg(own, one.covariance, one.noise_deg, one.fitted.noise.unrepeated_deg)
 
 
 def _part_as_far(behind: Floats, least: float) -> float:

@@ -17,8 +17,9 @@ def leftover_deg(linear: Linearised, covariance: Covariance, noise_deg: float, s
     """Root mean square of what a fit leaves above the sensor's noise, deg.
 
     The discrepancy counts as it is most likely, K K'P y. Noise counts as far as it is above the sensor's, because a
-    correlated noise can be a bending that the model lacks; all of it is the sensor's where that is not known. Nothing
-    is left within the steps of the sensor and of the drive.
+    correlated noise can be a bending that the model lacks; all of it is the sensor's where that is not known. What one
+    cycle differs from the next counts as the sensor's, since no model repeats it. Nothing is left within the steps of
+    the sensor and of the drive.
     """
     if linear.within_steps:
         return 0.0
