@@ -25,6 +25,7 @@ from hysteresis.records.folds import without_first_stroke
 from hysteresis.records.holdout import Split, hold_out
 from hysteresis.records.path import require_reversal
 from hysteresis.records.record import Record, RecordError
+from hysteresis.records.thinning import thinned
 from hysteresis.sensors.readings import cleaned, sensor_notes
 
 _LONGEST_DELAY = 0.02  # of the shortest record
@@ -76,18 +77,22 @@ def identify(
     """
     began, words = time.perf_counter(), list[str]()
     records = [record] if isinstance(record, Record) else list(record)
+    if splits is None:
+        records = [thinned(one) for one in records]
     _require_usable(records, settings.delay)
     bases, label = _kinematics(records, base, kinematics)
     longest = _longest_delay(records) if settings.delay else 0.0
     records, whole, spoiled = _readings(records, splits or [hold_out(one) for one in records])
     shorter = whole if splits is not None else _without_first_strokes(records, whole, words)
     form = Form((), groups=_groups(records, amplitude_by), longest_delay_s=longest, place=_place(records, whole))
+    form = replace(form, forward=settings.forward)
     efforts = _efforts(settings, progress, 1 + bool(words) + searches(settings.law))
     found, used = find_model(records, whole, bases, form, efforts, settings.elements), whole
     if words:
         other = find_model(records, shorter, bases, form, efforts, settings.elements)
         found, used = (other, shorter) if _costs(records, shorter, found, other) else (found, whole)
-    fit = replace(judge(records, used, found, settings, label), notes=(*spoiled, *(words if used is shorter else ())))
+    notes = (*(one.left_out for one in records if one.left_out), *spoiled, *(words if used is shorter else ()))
+    fit = replace(judge(records, used, found, settings, label), notes=notes)
     if settings.law != "bouc-wen" and found.point.sign:
         fit = _with_law(records, used, bases, (fit, found), efforts)
     return replace(fit, seconds=time.perf_counter() - began)

@@ -25,6 +25,7 @@ from hysteresis.plain import to_plain
 from hysteresis.records.planes import Coupling, coupling, not_used
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.record_file import check_target, files_of_record, read_records
+from hysteresis.records.thinning import thinned
 from studies.commands.identification import files_of_fit, identify_records, write_fit
 from studies.commands.options import Common, EnsembleChoice, Out, Overwrite, RigChoice
 from studies.commands.tables import contributions_table, spaced_table, values_table
@@ -71,7 +72,7 @@ def identify(
     files = [*files_of_fit(out, "identify", len(records)), figure]
     require_kept(out, files, records)
     replacing.allow(files)
-    loaded = read_records(records, plane)
+    loaded = [thinned(one) for one in read_records(records, plane)]
     settings = _settings(
         search.elements,
         search.law,
