@@ -81,10 +81,9 @@ def descend(
     problem: Problem, sign: float, start: Floats, bounds: tuple[Floats, Floats], free: Mask, tolerance: float
 ) -> tuple[Floats, float, int]:
     """Minimise the sum of squares over the unknowns that are ``free``; give x, the sum and the evaluations."""
-    low, high = bounds
-    return _descend(
-        problem.origin, problem.columns, problem.angle_deg, problem.train, sign, start.copy(), low, high, free, tolerance
-    )  # fmt: skip
+    data = problem.origin, problem.columns, problem.angle_deg, problem.train
+    found: tuple[Floats, float, int] = _descend(data, sign, start.copy(), bounds, free, tolerance)
+    return found
 
 
 @njit(cache=True)
@@ -152,18 +151,14 @@ def _step(
 
 @njit(cache=True)
 def _descend(
-    origin: Floats,
-    columns: Floats,
-    angle: Floats,
-    train: Mask,
+    data: tuple[Floats, Floats, Floats, Mask],
     sign: float,
     x: Floats,
-    low: Floats,
-    high: Floats,
+    bounds: tuple[Floats, Floats],
     free: Mask,
     tolerance: float,
 ) -> tuple[Floats, float, int]:
-    size = x.size
+    (origin, columns, angle, train), (low, high), size = data, bounds, x.size
     residual, jacobian = _linearised(origin, columns, angle, sign, x)
     total, gradient, matrix = _normal(residual, jacobian, train)
     scale, damping, growth, calls = np.zeros(size), _FIRST_DAMPING, 2.0, 1

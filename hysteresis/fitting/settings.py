@@ -37,8 +37,10 @@ class IdentifySettings:
     population, generations
         Size of one search: individuals, at least 8, and generations, at least 3.
     forward
-        Whether least squares of one Bouc-Wen element on one record are compiled, with forward derivatives in place of
-        differences: the same minimum to about 1e-5 of a standard deviation, in a tenth of the time.
+        Whether least squares of one Bouc-Wen element on one record, without a delay, are compiled and take forward
+        derivatives in place of differences: the same minimum, in a tenth of the time. Intervals are then those of noise
+        that is correlated from sample to sample (:mod:`hysteresis.fitting.serial`), without a bootstrap by blocks, and
+        nothing is said of the asymmetry.
 
     Raises
     ------

@@ -104,7 +104,8 @@ def _runs(record: Record, drives: list[Floats], starts: Ints, turns: Mask) -> li
     tolerances = [0.5]
     for drive in drives:
         near = ALIKE * float(np.ptp(drive))
-        rows += [drive[np.maximum(starts - 1, 0)], drive[stops - 1], np.minimum.reduceat(drive, starts), np.maximum.reduceat(drive, starts)]
+        rows += [drive[np.maximum(starts - 1, 0)], drive[stops - 1]]
+        rows += [np.minimum.reduceat(drive, starts), np.maximum.reduceat(drive, starts)]
         tolerances += [near] * 4
     time = np.arange(record.drive.size, dtype=float) if record.time_s is None else record.time_s
     rows.append(np.log(np.maximum(time[stops - 1] - time[np.maximum(starts - 1, 0)], 1e-12)))
@@ -172,8 +173,8 @@ def _words(record: Record, numbers: Ints, used: _Used, every: int, samples: int)
     if not used.cycles.all():
         words += (
             f": of {used.cycles.size:,} cycles, most of which repeat, {int(used.cycles.sum())} "
-            f"({_ranges(numbers[used.cycles])}); at equal drive these differ by up to {used.drift_deg:.2g} deg, and the "
-            f"others are within {used.off_deg:.2g} deg of the lines between them"
+            f"({_ranges(numbers[used.cycles])}); at equal drive these differ by up to {used.drift_deg:.2g} deg, and "
+            f"the others are within {used.off_deg:.2g} deg of the lines between them"
         )
     if every > 1:
         of = " of these" if not used.cycles.all() else ""
