@@ -93,6 +93,12 @@ def response(samples: Samples, form: Form, point: Point, spread: Uncertainty | N
     return found if asymmetry is None else found | {"asymmetry": asymmetry}
 
 
+def after_reversal(form: Form, point: Point) -> dict[str, float]:
+    """Give what describes one model behind a reversal: slope_after_reversal, and reach_deg in deg."""
+    slope = point.sign * math.exp(_log_slope(form, point))
+    return {"slope_after_reversal": slope, "reach_deg": math.exp(_log_way(form, point, _WAY))}
+
+
 def _sharpness(samples: Samples, form: Form, point: Point, reader: Reader) -> Parameter:
     """Return n; an end of its interval at a bound of the search is open."""
     low, high = (bound[2] for bound in form.bounds(samples))

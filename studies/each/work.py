@@ -91,9 +91,12 @@ def _done(
 ) -> Iterator[list[FittedDevice]]:
     """Give the result of each part in order; where a worker ends, the parts behind are fitted one by one."""
     count = 0
+    for part in parts[:1]:  # compiles here what the workers then have
+        count += 1
+        yield work(part)
     try:
         with crew(workers) as staff:
-            for found in map(work, parts) if staff.pool is None else staff.pool.map(work, parts):
+            for found in map(work, parts[1:]) if staff.pool is None else staff.pool.map(work, parts[1:]):
                 count += 1
                 yield found
     except BrokenExecutor:
