@@ -182,7 +182,7 @@ def identify_each(
     if isinstance(records, str | Path):
         given: Sequence[Record | Path] = records_of(Path(records))
     else:
-        given = [Path(one) if isinstance(one, str) else one for one in records]  # type: ignore[misc]
+        given = [Path(one) if isinstance(one, str) else one for one in records]
         given = [one if isinstance(one, Path) else as_record(one, f"records[{i}]") for i, one in enumerate(given)]
     with bar(progress) as shown:
         task = shown.add_task("fitting", total=len(given), left=True)
