@@ -49,16 +49,11 @@ def judge(
     found, settings, kinematics
         The model, how it was searched (only a least-squares fit has intervals), and the origin of f.
     """
-    form, point, least_squares = found.form, found.point, settings.fitness == "rmse"
+    form, point = found.form, found.point
     samples = join(records, [split.train for split in splits], timed=settings.delay)
     fine = samples.thinned(POLISH_SAMPLES)
     baseline = without_hysteresis(form, samples)
-    spread, by_blocks = None, None
-    if is_forward(form):
-        spread = serial_uncertainty(fine, form, point)
-    elif least_squares:
-        spread = uncertainty(fine, form, point)
-        by_blocks = bootstrap(fine, form, point, settings.seed) if point.sign else None
+    spread, by_blocks = _spreads(fine, form, point, settings)
     predicted, without = form.angle(samples, point), form.angle(samples, baseline)
     masks = samples.train, np.concatenate([split.heldout for split in splits])
     train, heldout, baseline_train, baseline_heldout = (
@@ -97,6 +92,18 @@ def judge(
         seeds_agreeing=found.seeds_agreeing,
         seconds=0.0,
     )
+
+
+def _spreads(
+    fine: Samples, form: Form, point: Point, settings: IdentifySettings
+) -> tuple[Uncertainty | None, Uncertainty | None]:
+    """Give the uncertainty of a fit by least squares, and that by blocks."""
+    if settings.fitness != "rmse":
+        return None, None
+    if is_forward(form):
+        return serial_uncertainty(fine, form, point), None
+    by_blocks = bootstrap(fine, form, point, settings.seed) if point.sign else None
+    return uncertainty(fine, form, point), by_blocks
 
 
 def _no_hysteresis(train: Errors, floor_deg: float, span_deg: float) -> str:

@@ -104,8 +104,6 @@ def find_model(
         form = replace(form, backbones=curves[min(_SEARCH_KNOTS, max(curves))])
         optima = _search(samples.thinned(_SEARCH_SAMPLES * len(records)), form, efforts, contained)
         found = Found(form, optima.points[0], optima.evaluations, optima.seeds_agreeing)
-    elif is_forward(replace(form, backbones=curves[min(curves)])) and wanted == (1,):
-        found = _choose_by_information(samples, curves, form, efforts)
     else:
         found = _choose(records, splits, curves, form, efforts, wanted, contained)
     if fitness != "rmse":
@@ -202,6 +200,8 @@ def _choose(
     The simplest model about as good as the best is chosen. The order is: without hysteresis, one element, two.
     """
     timed = form.longest_delay_s > 0
+    if tuple(elements) == (1,) and is_forward(replace(form, backbones=curves[min(curves)])):
+        return _choose_by_information(join(records, [split.train for split in splits]), curves, form, efforts)
     inner = [validate_within(record, split) for record, split in zip(records, splits, strict=True)]
     few = join(records, [split.train for split in inner], timed=timed).thinned(_SEARCH_SAMPLES * len(records))
     fold = join(records, [split.heldout for split in inner], timed=timed).thinned(POLISH_SAMPLES)

@@ -17,7 +17,7 @@ from hysteresis.records.record import RecordError
 from studies.each.result import EachResult, csv_table, parquet_table
 from studies.each.work import EachSettings, fit_each, records_of
 from studies.progress import bar
-from studies.results.made import made_entry, made_now
+from studies.results.made import made_now
 
 if TYPE_CHECKING:
     from studies.commands.options import Common, Overwrite
@@ -65,7 +65,7 @@ def identify_folder(
     words = write_each(found, out, table)
     page = out / PAGE
     shown_page = f"report: {page}" if page.exists() else "; ".join(words)
-    common.show(found.to_dict() | made_entry(made), *found.lines(), f"wrote {table}", shown_page)
+    common.show(found.summary(table.name), *found.lines(), f"wrote {table}", shown_page)
 
 
 def write_each(found: EachResult, out: Path, table: Path) -> list[str]:
@@ -77,8 +77,7 @@ def write_each(found: EachResult, out: Path, table: Path) -> list[str]:
         A folder that cannot be written to.
     """
     content = csv_table(found) if table.suffix == ".csv" else parquet_table(found)
-    summary = found.to_dict() | {"table": table.name} | made_entry(found.made)
-    text = json.dumps(marked_values(to_plain(summary, finite=False)), indent=2) + "\n"
+    text = json.dumps(marked_values(to_plain(found.summary(table.name))), indent=2, allow_nan=False) + "\n"
     write_files({table: content, out / SUMMARY: text})
     (out / PAGE).unlink(missing_ok=True)  # of an older table
     failed = list[str]()

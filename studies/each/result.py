@@ -84,6 +84,19 @@ class Spread:
     half_width: float
 
 
+@dataclass(frozen=True)
+class EachSummary:
+    """What each.json holds: counts, name of the table, spread of each parameter, records without a fit and why."""
+
+    schema: int
+    records: int
+    fitted: int
+    table: str
+    spreads: tuple[Spread, ...]
+    problems: Mapping[str, str]
+    made: Made | None = None
+
+
 @dataclass(frozen=True, repr=False)
 class EachResult:
     """Many devices, each fitted by itself, in the order of their records."""
@@ -126,15 +139,11 @@ class EachResult:
 
         return pd.DataFrame(self.columns())
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON: counts, the spread of each parameter, and records without a fit."""
-        return {
-            "schema": 1,
-            "records": len(self.devices),
-            "fitted": len(self.fitted),
-            "spreads": [vars(one) for one in self.spreads()],
-            "problems": {one.record: one.problem for one in self.failed},
-        }
+    def summary(self, table: str = "") -> EachSummary:
+        """Give what each.json holds; ``table`` is the name of the file with the rows."""
+        problems = {one.record: one.problem for one in self.failed}
+        spreads = tuple(self.spreads())
+        return EachSummary(1, len(self.devices), len(self.fitted), table, spreads, problems, self.made)
 
     def lines(self) -> list[str]:
         """Say it in a few lines: counts, parameters, and up to five of the records without a fit."""
