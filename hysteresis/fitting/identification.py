@@ -77,7 +77,7 @@ def identify(
     """
     began, words = time.perf_counter(), list[str]()
     given = [record] if isinstance(record, Record) else record
-    records = _usable([thinned(one) if splits is None else one for one in given], settings.delay)
+    records = _require_usable([thinned(one) if splits is None else one for one in given], settings.delay)
     bases, label = _kinematics(records, base, kinematics)
     longest = _longest_delay(records) if settings.delay else 0.0
     records, whole, spoiled = _readings(records, splits or [hold_out(one) for one in records])
@@ -162,7 +162,7 @@ def _costs(records: Sequence[Record], splits: Sequence[Split], kept: Found, left
 # --- checks of the input -----------------------------------------------------------------------------------------
 
 
-def _usable(records: list[Record], delay: bool) -> list[Record]:
+def _require_usable(records: list[Record], delay: bool) -> list[Record]:
     if not records:
         raise ValueError("records: none: expected at least one")
     for record in records:

@@ -53,9 +53,9 @@ class _Optima(NamedTuple):
 
 
 class _Candidate(NamedTuple):
-    """A model with its error on the validation fold, deg, or another score: the lower the better."""
+    """A model with its error on the validation fold."""
 
-    score: float
+    rmse_deg: float
     form: Form
     point: Point
 
@@ -223,8 +223,8 @@ def _choose(
         evaluations += calls
         if number in elements:
             tried.append(_best(fold, one, ends[knots]))
-    limit = max(_AS_GOOD * min(candidate.score for candidate in tried), _rounding(few))
-    chosen = next(candidate for candidate in tried if candidate.score <= limit)
+    limit = max(_AS_GOOD * min(candidate.rmse_deg for candidate in tried), _rounding(few))
+    chosen = next(candidate for candidate in tried if candidate.rmse_deg <= limit)
     return Found(chosen.form, chosen.point, evaluations, optima.seeds_agreeing)
 
 
@@ -239,17 +239,17 @@ def _choose_by_information(samples: Samples, curves: Curves, form: Form, efforts
     affordable = [knots for knots in curves if 3 * (knots + 6) <= few.train.sum()] or [min(curves)]
     first = replace(form, backbones=curves[min(affordable[-1], _SEARCH_KNOTS)])
     optima = _search(few, first, efforts)
-    evaluations, tried = optima.evaluations, list[_Candidate]()
+    evaluations, tried = optima.evaluations, list[tuple[float, Form, Point]]()
     for knots in affordable:
         one = replace(form, backbones=curves[knots])
         ends, calls = _polish_all(fine, one, [with_curve_of(one, few, first, point) for point in optima.points])
         evaluations += calls
         error = max(rmse(fine, one, ends[0]), _rounding(fine))
         criterion = 2 * (fine.train.sum() * math.log(error) + one.size + len(ends[0].c))
-        tried.append(_Candidate(float(criterion), one, ends[0]))
-    best = min(tried, key=lambda candidate: candidate.score)
-    return Found(best.form, best.point, evaluations, optima.seeds_agreeing)
+        tried.append((float(criterion), one, ends[0]))
+    _, best, point = min(tried, key=lambda one: one[0])
+    return Found(best, point, evaluations, optima.seeds_agreeing)
 
 
 def _best(fold: Samples, form: Form, points: Sequence[Point]) -> _Candidate:
-    return min((_Candidate(rmse(fold, form, point), form, point) for point in points), key=lambda c: c.score)
+    return min((_Candidate(rmse(fold, form, point), form, point) for point in points), key=lambda c: c.rmse_deg)
