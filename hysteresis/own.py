@@ -22,9 +22,9 @@ _PDF_END = f"\n% {MAKER}\n".encode()
 _UNIT_END = f"made by {MAKER}".encode()
 """Comment at the end of the archive of a unit of co-simulation."""
 _HEADERS = re.compile(
-    rb"(?:drive,angle_deg,f_alone_deg,predicted_deg,|drive_mm,branch,angle_deg,tendon,guide,|(?:[\w.]+,)*[\w.]+_low(?:_deg)?,[\w.]+_median(?:_deg)?,[\w.]+_high|reference_deg,drive_\w+\s|angle_deg,rising_\w+,falling_\w+,angle_mdeg,|design,tube\.)"
+    rb"(?:drive,angle_deg,f_alone_deg,predicted_deg,|drive_mm,branch,angle_deg,tendon,guide,|(?:[\w.]+,)*[\w.]+_low(?:_deg)?,[\w.]+_median(?:_deg)?,[\w.]+_high|reference_deg,drive_\w+\s|angle_deg,rising_\w+,falling_\w+,angle_mdeg,|design,tube\.|record,law,parameter,value,low,high,unit,)"
 )
-"""Headers of tables: of a fit, guides, ranges over an ensemble, a compensator, designs; no measurement has them."""
+"""Headers of tables of a fit, guides, ranges over an ensemble, a compensator, designs, many devices: of no test."""
 _MODEL = re.compile(rf"<mujoco[^>]*>\s*<!-- [^>]*made by {MAKER}".encode())
 """Head of a model for another simulator."""
 _DRAWINGS = {

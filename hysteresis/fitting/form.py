@@ -41,7 +41,8 @@ class Form:
     ``backbones``: f of each record, with shared coefficients. ``elements``: number of elements of h. ``groups``: group
     of each record, counted from 0; q holds the parameters of h in group 0, and h as a whole is scaled in each further
     group. ``longest_delay_s``: upper bound of the delay, 0 for none. ``base_law``: of the elements. ``place``: where
-    its position is measured from.
+    its position is measured from. ``forward``: whether least squares are those of :mod:`hysteresis.fitting.forward`,
+    where they know the model.
     """
 
     backbones: tuple[Backbone, ...]
@@ -50,6 +51,7 @@ class Form:
     longest_delay_s: float = 0.0
     base_law: Law = BOUC_WEN
     place: Place = EVERYWHERE
+    forward: bool = False
 
     @property
     def law(self) -> slice:

@@ -25,6 +25,7 @@ from hysteresis.records.folds import without_first_stroke
 from hysteresis.records.holdout import Split, hold_out
 from hysteresis.records.path import require_reversal
 from hysteresis.records.record import Record, RecordError
+from hysteresis.records.thinning import thinned
 from hysteresis.sensors.readings import cleaned, sensor_notes
 
 _LONGEST_DELAY = 0.02  # of the shortest record
@@ -75,13 +76,13 @@ def identify(
         No record, kinematics without finite angles, or labels that do not match the records.
     """
     began, words = time.perf_counter(), list[str]()
-    records = [record] if isinstance(record, Record) else list(record)
-    _require_usable(records, settings.delay)
+    given = [record] if isinstance(record, Record) else record
+    records = _require_usable([thinned(one) if splits is None else one for one in given], settings.delay)
     bases, label = _kinematics(records, base, kinematics)
     longest = _longest_delay(records) if settings.delay else 0.0
     records, whole, spoiled = _readings(records, splits or [hold_out(one) for one in records])
     shorter = whole if splits is not None else _without_first_strokes(records, whole, words)
-    form = Form((), groups=_groups(records, amplitude_by), longest_delay_s=longest, place=_place(records, whole))
+    form = Form((), 1, _groups(records, amplitude_by), longest, place=_place(records, whole), forward=settings.forward)
     efforts = _efforts(settings, progress, 1 + bool(words) + searches(settings.law))
     found, used = find_model(records, whole, bases, form, efforts, settings.elements), whole
     if words:
@@ -119,10 +120,14 @@ def _with_law(
 def _readings(
     records: Sequence[Record], splits: Sequence[Split]
 ) -> tuple[list[Record], list[Split], tuple[str, ...]]:  # fmt: skip
-    """Take what sensors added out of records, and samples that are no readings out of their splits; with words."""
+    """Take what sensors added out of records, and samples that are no readings out of their splits.
+
+    The words say that, and first what was left out of a long record.
+    """
     sensed = [cleaned(one, _seen(split)) for one, split in zip(records, splits, strict=True)]
     read = [split.only(one.read) for split, one in zip(splits, sensed, strict=True)]
-    return [one.record for one in sensed], read, sensor_notes(sensed)
+    left_out = (one.left_out for one in records if one.left_out)
+    return [one.record for one in sensed], read, (*left_out, *sensor_notes(sensed))
 
 
 def _seen(split: Split) -> int:
@@ -157,7 +162,7 @@ def _costs(records: Sequence[Record], splits: Sequence[Split], kept: Found, left
 # --- checks of the input -----------------------------------------------------------------------------------------
 
 
-def _require_usable(records: Sequence[Record], delay: bool) -> None:
+def _require_usable(records: list[Record], delay: bool) -> list[Record]:
     if not records:
         raise ValueError("records: none: expected at least one")
     for record in records:
@@ -170,6 +175,7 @@ def _require_usable(records: Sequence[Record], delay: bool) -> None:
             raise RecordError(f"{name}: drive in {record.drive_unit}: {expected}")
         if delay and record.time_s is None:
             raise RecordError(f"{name}: time: missing: expected times, to fit a delay")
+    return records
 
 
 def _efforts(settings: IdentifySettings, progress: Callable[[int, int], None] | None, searched: int) -> list[Effort]:

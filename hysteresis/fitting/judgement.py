@@ -11,9 +11,11 @@ import numpy as np
 from hysteresis.arrays import Floats, Mask
 from hysteresis.fitting.fit import Fit, KinematicsLabel
 from hysteresis.fitting.form import Form, Point, without_hysteresis
+from hysteresis.fitting.forward import is_forward
 from hysteresis.fitting.response import open_parameters, response
 from hysteresis.fitting.samples import Samples, join
 from hysteresis.fitting.search import POLISH_SAMPLES, Found
+from hysteresis.fitting.serial import serial_uncertainty
 from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.fitting.uncertainty import Parameter, Uncertainty, bootstrap, coordinates, parameters_of, uncertainty
 from hysteresis.laws.elements import BOUC_WEN
@@ -47,12 +49,11 @@ def judge(
     found, settings, kinematics
         The model, how it was searched (only a least-squares fit has intervals), and the origin of f.
     """
-    form, point, least_squares = found.form, found.point, settings.fitness == "rmse"
+    form, point = found.form, found.point
     samples = join(records, [split.train for split in splits], timed=settings.delay)
     fine = samples.thinned(POLISH_SAMPLES)
     baseline = without_hysteresis(form, samples)
-    spread = uncertainty(fine, form, point) if least_squares else None
-    by_blocks = bootstrap(fine, form, point, settings.seed) if least_squares and point.sign else None
+    spread, by_blocks = _spreads(fine, form, point, settings)
     predicted, without = form.angle(samples, point), form.angle(samples, baseline)
     masks = samples.train, np.concatenate([split.heldout for split in splits])
     train, heldout, baseline_train, baseline_heldout = (
@@ -78,7 +79,7 @@ def judge(
         heldout_of_records=tuple(_errors_of(samples, predicted, masks[1], part) for part in samples.slices()),
         heldout_by="; ".join(dict.fromkeys(split.by for split in splits)),
         noise_floor_deg=floor,
-        bootstrap=of_blocks if least_squares and point.sign else {},
+        bootstrap=of_blocks if by_blocks is not None else {},
         correlations=_correlations(form, spread) if spread is not None and point.sign else {},
         warnings=(*of_law, *of_errors, *_search_warnings(point, settings.seeds, found.seeds_agreeing)),
         layer=response(fine, form, point, spread) if point.sign else {},
@@ -91,6 +92,18 @@ def judge(
         seeds_agreeing=found.seeds_agreeing,
         seconds=0.0,
     )
+
+
+def _spreads(
+    fine: Samples, form: Form, point: Point, settings: IdentifySettings
+) -> tuple[Uncertainty | None, Uncertainty | None]:
+    """Give the uncertainty of a fit by least squares, and that by blocks."""
+    if settings.fitness != "rmse":
+        return None, None
+    if is_forward(form):
+        return serial_uncertainty(fine, form, point), None
+    by_blocks = bootstrap(fine, form, point, settings.seed) if point.sign else None
+    return uncertainty(fine, form, point), by_blocks
 
 
 def _no_hysteresis(train: Errors, floor_deg: float, span_deg: float) -> str:

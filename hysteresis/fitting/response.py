@@ -8,7 +8,7 @@ differ.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, NamedTuple
 
@@ -17,6 +17,7 @@ from scipy.optimize import brentq
 
 from hysteresis.arrays import Floats
 from hysteresis.fitting.form import Form, Point, rmse
+from hysteresis.fitting.forward import is_forward
 from hysteresis.fitting.samples import Samples
 from hysteresis.fitting.search import COARSE, extended, polish
 from hysteresis.fitting.uncertainty import Parameter, Reader, Uncertainty, uncertainty
@@ -92,6 +93,12 @@ def response(samples: Samples, form: Form, point: Point, spread: Uncertainty | N
     return found if asymmetry is None else found | {"asymmetry": asymmetry}
 
 
+def after_reversal(form: Form, point: Point) -> dict[str, float]:
+    """Give what describes one model behind a reversal: slope_after_reversal, and reach_deg in deg."""
+    slope = point.sign * math.exp(_log_slope(form, point))
+    return {"slope_after_reversal": slope, "reach_deg": math.exp(_log_way(form, point, _WAY))}
+
+
 def _sharpness(samples: Samples, form: Form, point: Point, reader: Reader) -> Parameter:
     """Return n; an end of its interval at a bound of the search is open."""
     low, high = (bound[2] for bound in form.bounds(samples))
@@ -146,8 +153,16 @@ def _log_way(form: Form, point: Point, share: float) -> float:
 
 
 def _asymmetry(samples: Samples, form: Form, point: Point, spread: Uncertainty | None) -> Parameter | None:
-    """Return tanh of the law's constant of direction; a Bouc-Wen layer is first fitted with the asymmetric law."""
-    if form.elements > 1 or spread is None or form.base_law.name not in ("bouc-wen", "asymmetric-bouc-wen"):
+    """Return tanh of the law's constant of direction; a Bouc-Wen layer is first fitted with the asymmetric law.
+
+    That has no forward derivatives: None for a form that asks for them.
+    """
+    if (
+        form.elements > 1
+        or spread is None
+        or is_forward(form)
+        or form.base_law.name not in ("bouc-wen", "asymmetric-bouc-wen")
+    ):
         return None
     if form.base_law is BOUC_WEN:
         samples = samples.thinned(_SAMPLES * len(form.groups))
@@ -185,7 +200,7 @@ def open_parameters(
         for name, i in (("n", 2), ("gamma", 3))
         if min(point.q[i] - low[i], high[i] - point.q[i]) < 1e-3 * (high[i] - low[i])
     }
-    names = tuple(name for name in ("A", "beta", "gamma", "n") if name in at_bound or not _is_fixed(name, parameters))
+    names = tuple(name for name in ("A", "beta", "gamma", "n") if name in at_bound or not is_fixed(name, parameters))
     if not names:
         return None
     few = samples.thinned(_SAMPLES * len(form.groups))
@@ -233,10 +248,19 @@ def _move(samples: Samples, form: Form, point: Point, aim: tuple[int, float], li
     return _Moved(float(point.q[i]), 0.0)
 
 
-def _is_fixed(name: str, parameters: dict[str, Parameter]) -> bool:
+def is_fixed(name: str, parameters: Mapping[str, Parameter]) -> bool:
+    """Tell whether samples fix a parameter: the ends of its interval are within a factor of 3 of each other.
+
+    What may be 0 counts by the width of its interval: gamma beside beta, an initial state beside the saturation, a zero
+    or an offset in any case.
+    """
     low, high = parameters[name].low, parameters[name].high
     if low is None or high is None:
         return False
-    if name == "gamma":  # it may be 0: its interval counts relative to beta
+    if name == "gamma":
         return high - low < 2 * (1 - 1 / _FIXED) * parameters["beta"].value
+    if name.startswith("h0_deg"):
+        return high - low < parameters["saturation_deg"].value
+    if name.startswith(("offset_", "zero_")):
+        return True
     return low * high > 0 and max(high / low, low / high) < _FIXED

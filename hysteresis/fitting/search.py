@@ -14,6 +14,7 @@ from scipy.optimize import least_squares
 
 from hysteresis.arrays import Floats
 from hysteresis.fitting.form import SLOPE, Form, Point, rmse, without_hysteresis
+from hysteresis.fitting.forward import is_forward, polish_forward
 from hysteresis.fitting.optimizers import Method, evolve
 from hysteresis.fitting.samples import Samples
 from hysteresis.fitting.settings import Fitness
@@ -157,6 +158,8 @@ def polish(
 
     ``held`` keeps entries of q at given values. ``tolerance`` is that of scipy's least squares, relative.
     """
+    if is_forward(form):
+        return polish_forward(samples, form, point, held, tolerance)
     residual = residual_of(samples, form, point.sign)
     low, high = form.bounds(samples)
     bounds = np.concatenate([low, form.backbones[0].low]), np.concatenate([high, form.backbones[0].high])

@@ -36,6 +36,11 @@ class IdentifySettings:
         squares.
     population, generations
         Size of one search: individuals, at least 8, and generations, at least 3.
+    forward
+        Whether least squares of one Bouc-Wen element on one record, without a delay, are compiled and take forward
+        derivatives in place of differences: the same minimum, in a tenth of the time. Intervals are then those of noise
+        that is correlated from sample to sample (:mod:`hysteresis.fitting.serial`), without a bootstrap by blocks, and
+        nothing is said of the asymmetry.
 
     Raises
     ------
@@ -52,6 +57,7 @@ class IdentifySettings:
     fitness: Fitness = "rmse"
     population: int = 100
     generations: int = 90
+    forward: bool = False
 
     def __post_init__(self) -> None:
         if self.fitness not in ("rmse", "paper-signed-mean"):

@@ -77,7 +77,7 @@ class Uncertainty:
         terms = float(np.abs(gradient) @ np.abs(self.covariance) @ np.abs(gradient))
         if variance <= _CANCELLED * terms:
             return math.inf if terms > 0.0 else 0.0
-        quantile = self.quantile if self.freedom is None else _quantile(self.freedom(gradient))
+        quantile = self.quantile if self.freedom is None else student_quantile(self.freedom(gradient))
         return quantile * math.sqrt(variance)
 
     def correlation(self, i: int, j: int) -> float:
@@ -140,7 +140,7 @@ def uncertainty(samples: Samples, form: Form, point: Point) -> Uncertainty:
     neighbours = float(e[1:] @ e[:-1]) / max(float(e @ e), 1e-300)
     effective = m * (1 - max(0.0, neighbours)) / (1 + max(0.0, neighbours))
     variance = float(e @ e) / max(1, m - p) * m / max(1.0, effective)
-    quantile = _quantile(m - p)
+    quantile = student_quantile(m - p)
     return Uncertainty(_of_all(line, variance * within), quantile, condition, line.unidentifiable, effective)
 
 
@@ -170,7 +170,7 @@ def bootstrap(samples: Samples, form: Form, point: Point, seed: int) -> Uncertai
     centred = steps - steps.mean(axis=0)
     covariance = centred.T @ centred / (_DRAWS - 1)
     return Uncertainty(
-        _of_all(line, covariance), _quantile(k - 1), line.inverse()[1], line.unidentifiable, float(k),
+        _of_all(line, covariance), student_quantile(k - 1), line.inverse()[1], line.unidentifiable, float(k),
         lambda gradient: blocks.freedom(gradient[line.free]),
     )  # fmt: skip
 
@@ -191,12 +191,12 @@ def block_spread(jacobians: Sequence[Floats], residuals: Sequence[Floats], seed:
     centred = steps - steps.mean(axis=0)
     scaled = np.concatenate(jacobians) / blocks.size
     return Uncertainty(
-        centred.T @ centred / (_DRAWS - 1), _quantile(k - 1), float(np.linalg.cond(scaled)),
+        centred.T @ centred / (_DRAWS - 1), student_quantile(k - 1), float(np.linalg.cond(scaled)),
         np.zeros(steps.shape[1], dtype=bool), float(k), blocks.freedom,
     )  # fmt: skip
 
 
-def _quantile(freedom: float) -> float:
+def student_quantile(freedom: float) -> float:
     """Quantile of Student's t; scipy.stats has the same, but takes as long to load as the rest of scipy together."""
     return float(stdtrit(max(1.0, freedom), 0.5 + 0.5 * _CONFIDENCE))
 

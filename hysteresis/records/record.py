@@ -78,8 +78,9 @@ class Record:
     in a record that was read). ``kinematics`` is the user's own theory f(x), rows (drive_mm, angle_deg), shape (k, 2),
     by increasing drive. ``loop_width_deg`` and ``full_scale_deg`` are measured on the samples.
 
-    Arrays are copied and read-only. Two records are equal when all values are equal; ``source``, ``drive_column`` and
-    ``plane`` (the origin of the data, see :func:`hysteresis.records.planes.second_plane`) are not compared.
+    Arrays are copied and read-only. Two records are equal when all values are equal; ``source``, ``drive_column``,
+    ``left_out`` and ``plane`` (the origin of the data, see :func:`hysteresis.records.planes.second_plane`) are not
+    compared.
 
     Raises
     ------
@@ -116,6 +117,7 @@ class Record:
     kinematics: Floats | None = None
     source: str = field(default="", compare=False)  # the file it was read from, for messages; "" if made in memory
     drive_column: str = field(default="drive", compare=False)  # name of the drive's column in that file
+    left_out: str = field(default="", compare=False)  # words on samples that hysteresis.records.thinning left out
     plane: int = field(default=1, compare=False)  # 2 where the second plane of a record stands as its first one
 
     def __post_init__(self) -> None:

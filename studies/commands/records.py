@@ -25,6 +25,7 @@ from hysteresis.plain import to_plain
 from hysteresis.records.planes import Coupling, coupling, not_used
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.record_file import check_target, files_of_record, read_records
+from hysteresis.records.thinning import thinned
 from studies.commands.identification import files_of_fit, identify_records, write_fit
 from studies.commands.options import Common, EnsembleChoice, Out, Overwrite, RigChoice
 from studies.commands.tables import contributions_table, spaced_table, values_table
@@ -45,20 +46,57 @@ LawChosen = Annotated[Literal["auto", LawName], typer.Option("--law", help=LAW)]
 
 
 @dataclass(frozen=True)
+class EachChoice:
+    """Many devices, each by itself."""
+
+    each: Annotated[
+        Path | None, typer.Option("--each", help="Folder of records, CSV: each is fitted by itself; by default none.")
+    ] = None
+    table: Annotated[Literal["csv", "parquet"], typer.Option("--table", help="Form of the table of --each.")] = "csv"
+    workers: Annotated[
+        int | None, typer.Option("--workers", min=1, help="Processes of --each; by default one a core.")
+    ] = None
+
+
+@dataclass(frozen=True)
 class SearchChoice:
     """How the parameters of the hysteresis model are searched for, and what the model contains."""
 
-    method: Annotated[Method, typer.Option("--method", help="Method of the global search.")] = "genetic"
+    method: Annotated[
+        Method | None,
+        typer.Option("--method", help="Method of the global search; by default genetic, with --each least-squares."),
+    ] = None
     seeds: Annotated[int, typer.Option("--seeds", min=1, help="Number of searches, with seeds from --seed on.")] = 1
     elements: Elements = 1
-    law: LawChosen = "auto"
+    law: Annotated[
+        Literal["auto", LawName] | None,
+        typer.Option("--law", help=f"{LAW[:-1]}; by default auto, with --each bouc-wen."),
+    ] = None
     delay: Annotated[bool, typer.Option("--delay", help="Let the angle lag the drive by a time delay.")] = False
+
+    def of_one(self, seed: int) -> IdentifySettings:
+        """Give the settings for records that are fitted jointly."""
+        return self._with(seed, self.law or "auto", self.method or "genetic")
+
+    def of_each(self, seed: int) -> IdentifySettings:
+        """Give the settings for records that are fitted each by itself."""
+        method = self.method or "least-squares"
+        return self._with(seed, self.law or "bouc-wen", method, forward=method == "least-squares")
+
+    def _with(
+        self, seed: int, law: Literal["auto", LawName], method: Method, *, forward: bool = False
+    ) -> IdentifySettings:
+        more = {"seed": seed, "seeds": self.seeds, "delay": self.delay, "forward": forward}
+        return _settings(self.elements, law, method=method, **more)
 
 
 def identify(
     *,
-    records: Annotated[list[Path], typer.Argument(help="The records to fit, CSV; several are fitted jointly.")],
+    records: Annotated[
+        list[Path] | None, typer.Argument(help="The records to fit, CSV; several are fitted jointly. Or --each.")
+    ] = None,
     out: Out,
+    many: EachChoice,
     search: SearchChoice,
     plane: Annotated[
         int, typer.Option("--plane", min=1, max=2, help="Bending plane; 2 is the second wheel and the second angle.")
@@ -66,21 +104,23 @@ def identify(
     replacing: Overwrite,
     common: Common,
 ) -> None:
-    """Identify the Bouc-Wen model, and the law that predicts best, on records, with the error on held-out data."""
+    """Identify the Bouc-Wen model, and the law that predicts best, on records, with the error on held-out data.
+
+    With --each: of every record of a folder by itself, one device each, in one table with intervals.
+    """
+    if many.each is not None:
+        from studies.each.command import identify_folder
+
+        identify_folder(many, records or [], out, search.of_each(common.seed), plane, (replacing, common))
+        return
+    if not records:
+        raise RecordError("no record: expected one or more, or --each FOLDER")
     figure = out / "identify.png"
     files = [*files_of_fit(out, "identify", len(records)), figure]
     require_kept(out, files, records)
     replacing.allow(files)
-    loaded = read_records(records, plane)
-    settings = _settings(
-        search.elements,
-        search.law,
-        method=search.method,
-        seed=common.seed,
-        seeds=search.seeds,
-        delay=search.delay,
-    )
-    made = made_now(common.command)
+    loaded = [thinned(one) for one in read_records(records, plane)]
+    made, settings = made_now(common.command), search.of_one(common.seed)
     fit = identify_records(loaded, settings=settings, progress=common.shows_progress)
     fit = _write_identified(fit, loaded, out, figure, made)
     _warn_of_geometry(loaded, common)

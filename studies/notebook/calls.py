@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from studies.calibrate import Calibration
     from studies.drawings import DrawingChoice
     from studies.drawings.written import Drawing
+    from studies.each.result import EachResult
     from studies.export import Target
     from studies.follow import FollowReport
     from studies.notebook.figures import View
@@ -50,6 +51,8 @@ _FOR_COMPENSATION = IdentifySettings(elements=None)
 
 OF_THE_COMMAND = replace(DEFAULTS, law="auto")
 """Settings that ``notchbend identify`` has by default."""
+OF_EACH = replace(DEFAULTS, method="least-squares", forward=True)
+"""Settings that ``notchbend identify --each`` has by default."""
 
 
 @checked
@@ -131,6 +134,64 @@ def identify(
     from studies.commands.identification import identify_records
 
     return identify_records(as_records(records), settings=settings, use_rig=use_rig, progress=progress)
+
+
+@checked
+def identify_each(
+    records: Path | str | Sequence[RecordLike],
+    *,
+    settings: IdentifySettings = OF_EACH,
+    use_rig: bool = True,
+    workers: int | None = None,
+    progress: bool = False,
+) -> EachResult:
+    """Identify many devices, each by itself; the same as ``notchbend identify --each``.
+
+    Parameters
+    ----------
+    records
+        A folder of records, CSV, or a list: each a record, the path of its CSV, or a DataFrame.
+    settings
+        Of the search and of the model; by default the Bouc-Wen law by least squares with forward derivatives.
+    use_rig
+        False ignores the rigs and fits a curve to each record.
+    workers
+        Processes; by default one a core. The result is the same whatever their number.
+    progress
+        Whether a terminal shows a progress bar.
+
+    Returns
+    -------
+    EachResult
+        ``to_dataframe()`` has a row for each parameter of each record: value and 95 % interval in its unit, errors in
+        deg. A record that cannot be read or fitted is a row, too, with the reason.
+
+    Raises
+    ------
+    RecordError
+        A folder that is none, or has no records.
+
+    Examples
+    --------
+    >>> found = nb.identify_each("devices")
+    >>> found.to_dataframe().query("parameter == 'saturation_deg' and fixed")
+    """
+    from studies.each.work import EachSettings, fit_each, records_of
+    from studies.progress import bar
+
+    if isinstance(records, str | Path):
+        given: Sequence[Record | Path] = records_of(Path(records))
+    else:
+        given = [Path(one) if isinstance(one, str) else one for one in records]
+        given = [one if isinstance(one, Path) else as_record(one, f"records[{i}]") for i, one in enumerate(given)]
+    with bar(progress) as shown:
+        task = shown.add_task("fitting", total=len(given), left=True)
+        return fit_each(
+            given,
+            EachSettings(settings, use_rig=use_rig),
+            workers=workers,
+            progress=lambda done, total: shown.update(task, completed=done, total=total),
+        )
 
 
 @checked

@@ -15,6 +15,7 @@ from fem_models.rig.checks import require
 from fem_models.rig.of_record import rig_of
 from hysteresis.records.record import Record
 from hysteresis.records.record_file import read_records
+from hysteresis.records.thinning import thinned
 from studies.commands.options import ALL, possible
 from studies.results.run import RunSummary
 
@@ -115,7 +116,7 @@ class OwnRigChoice:
         """
         from studies.own_rig.design_report import Design, amplitude_of
 
-        records = read_records(paths)
+        records = [thinned(one) for one in read_records(paths)]
         preloads = self.preload or _preloads(rig, records)
         _require_same_rig(rig, records, self.option())
         design = Design(

@@ -22,9 +22,9 @@ from hysteresis.fitting.uncertainty import (
     Reader,
     Uncertainty,
     _bounded,
-    _quantile,
     linearise,
     parameters_of,
+    student_quantile,
     uncertainty,
 )
 from hysteresis.laws.backbone import given_backbone
@@ -136,9 +136,9 @@ def test_an_entry_is_moved_as_far_as_the_others_make_up_for_it(monkeypatch, good
 
 def test_intervals_of_an_uncertainty():
     """Student's t of one degree of freedom is Cauchy's: tan(0.475 pi); of many, 1.96."""
-    assert _quantile(1.0) == pytest.approx(math.tan(0.475 * math.pi))
-    assert _quantile(0.2) == _quantile(1.0)
-    assert _quantile(1e9) == pytest.approx(1.959964, abs=1e-6)
+    assert student_quantile(1.0) == pytest.approx(math.tan(0.475 * math.pi))
+    assert student_quantile(0.2) == student_quantile(1.0)
+    assert student_quantile(1e9) == pytest.approx(1.959964, abs=1e-6)
     blind = np.array([False, False, True])
     one = Uncertainty(np.array([[4.0, 3.0, 0], [3.0, 9.0, 0], [0, 0, 0]]), 2.0, 1.0, blind, 9.0)
     assert one.half_width(np.array([1.0, 0, 0])) == 4.0
@@ -161,7 +161,7 @@ def test_a_covariance_is_that_of_the_normal_equations_for_correlated_samples():
     assert found.effective == pytest.approx(40 * (1 - r) / (1 + r))
     assert found.unidentifiable.tolist() == [True] * 5 + [False]
     assert found.covariance[5, 5] == pytest.approx(40 / 39 * 40 / found.effective / 40, rel=1e-6)
-    assert (found.condition, found.quantile) == (pytest.approx(1.0), pytest.approx(_quantile(39)))
+    assert (found.condition, found.quantile) == (pytest.approx(1.0), pytest.approx(student_quantile(39)))
 
 
 def test_the_inverse_of_normal_equations_and_its_condition():

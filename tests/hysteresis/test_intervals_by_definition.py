@@ -17,10 +17,10 @@ from hysteresis.fitting.uncertainty import (
     Uncertainty,
     _Blocks,
     _bounded,
-    _quantile,
     bootstrap,
     linearise,
     parameters_of,
+    student_quantile,
     uncertainty,
 )
 from hysteresis.laws.backbone import fitted_backbone, given_backbone
@@ -47,7 +47,7 @@ def test_neighbours_that_differ_count_as_independent_and_all_alike_as_one():
     alike = uncertainty(*one_constant(np.ones(20)))
     assert alike.effective == pytest.approx(20 / 39)
     assert alike.covariance[5, 5] == pytest.approx(20 / 19, rel=1e-6)
-    assert alike.quantile == pytest.approx(_quantile(19))
+    assert alike.quantile == pytest.approx(student_quantile(19))
     exact = uncertainty(*one_constant(np.zeros(20)))
     assert (exact.effective, exact.covariance[5, 5]) == (20.0, 0.0)
 
@@ -77,11 +77,11 @@ def test_an_interval_by_blocks_is_that_of_the_mean_of_their_means():
     found = bootstrap(samples, form, point, 5)
     expected = means.var() / k * k / (k - 1)
     assert found.covariance[5, 5] == pytest.approx(expected, rel=4 * math.sqrt(2 / 400))
-    assert (found.effective, found.quantile) == (k, pytest.approx(_quantile(k - 1)))
+    assert (found.effective, found.quantile) == (k, pytest.approx(student_quantile(k - 1)))
     assert found.freedom is not None
     one = np.eye(6)[5]
     assert found.freedom(one) == pytest.approx(k - 1, rel=1e-6)
-    assert found.half_width(one) == pytest.approx(_quantile(k - 1) * math.sqrt(found.covariance[5, 5]))
+    assert found.half_width(one) == pytest.approx(student_quantile(k - 1) * math.sqrt(found.covariance[5, 5]))
     assert found.half_width(np.ones(6)) == math.inf  # of what has no influence
     assert found.condition == pytest.approx(1.0)
 
@@ -264,7 +264,7 @@ def test_the_slope_and_reach_of_stops_are_those_of_their_first_loading():
                                                     (-3.01, -1.0, False), (-2.99, -1.0, True), (0.0, 1.0, False),
                                                     (None, 1.0, False), (1.0, None, False)])  # fmt: skip
 def test_a_parameter_is_fixed_within_a_factor_of_three(low, high, fixed):
-    assert response._is_fixed("n", {"n": Parameter(1.0, low, high, "1")}) is fixed
+    assert response.is_fixed("n", {"n": Parameter(1.0, low, high, "1")}) is fixed
 
 
 def test_parameters_are_open_only_for_one_bouc_wen_element_with_intervals():

@@ -329,10 +329,10 @@ def test_gamma_is_fixed_by_the_width_of_its_interval_beside_beta():
     beta, most = Parameter(0.5, 0.4, 0.6, "-"), 2 * (1 - 1 / response._FIXED) * 0.5
     for part, fixed in ((0.99, True), (1.01, False)):
         around = Parameter(0.0, -0.5 * part * most, 0.5 * part * most, "-")
-        assert response._is_fixed("gamma", {"beta": beta, "gamma": around}) is fixed
-    assert not response._is_fixed("gamma", {"beta": beta, "gamma": Parameter(0.0, None, None, "-")})
+        assert response.is_fixed("gamma", {"beta": beta, "gamma": around}) is fixed
+    assert not response.is_fixed("gamma", {"beta": beta, "gamma": Parameter(0.0, None, None, "-")})
     for high, fixed in ((0.99 * response._FIXED, True), (1.01 * response._FIXED, False)):
-        assert response._is_fixed("A", {"A": Parameter(-1.0, -high, -1.0, "-")}) is fixed
+        assert response.is_fixed("A", {"A": Parameter(-1.0, -high, -1.0, "-")}) is fixed
 
 
 def test_the_error_of_a_law_is_that_of_all_branches_by_their_samples(monkeypatch):

@@ -28,6 +28,7 @@ from fem_models.rig.of_record import bends_in_space, declared_rig_of, rig_of
 from hysteresis.records.path import cycle_index, require_reversal
 from hysteresis.records.planes import Coupling, coupling
 from hysteresis.records.record import Record, RecordError
+from hysteresis.records.thinning import thinned
 from hysteresis.sensors.lone_steps import without_lost_counts
 from validation.tracing.baseline.curve import curve_problem
 from validation.tracing.baseline.equivalent_rig import equivalent_rig_problem
@@ -146,6 +147,7 @@ def trace_records(
     """
     if not records:
         raise RecordError("no record: expected at least one")
+    records, reference = [thinned(one) for one in records], [thinned(one) for one in reference]
     report = FitCount(progress or (lambda words, done, expected: None))
     every = catalogue() if effects is None else effects
     if any(bends_in_space(record) for record in (*records, *reference)):

@@ -114,7 +114,10 @@ OPTIONS = {
         "dynamic", "ensemble", "force", *COMMON,
     ],
     "validate": ["out", "preset", "rig", "preload", "amplitude", "force", *COMMON],
-    "identify": ["records", "out", "method", "seeds", "elements", "law", "delay", "plane", "force", *COMMON],
+    "identify": [
+        *["records", "out", "each", "table", "workers", "method", "seeds", "elements", "law", "delay", "plane"],
+        *["force", *COMMON],
+    ],
     "separate": ["out", "records", "preset", "rig", "preload", "amplitude", "engine", "ensemble", "force", *COMMON],
     "trace": ["records", "out", "reference", "threads", "alpha", "force", *COMMON],
     "effects": COMMON,

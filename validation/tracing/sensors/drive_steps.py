@@ -18,10 +18,11 @@ _TRIED = 10  # smallest distances of neighbouring values
 
 
 def sensor_words(records: Sequence[Record], floor_deg: float) -> tuple[str, ...]:
-    """Say which samples are not taken as readings, and whether the drive's steps make most of a noise floor."""
+    """Say which samples of a long record are used, which are no readings, and whether drive steps make the noise."""
     steps = max(drive_step_deg(record) for record in records)
     words = (f"the steps in which the drive is recorded make an error of {steps:.2g} deg",)
-    return (*reading_words(records), *(words if steps > STEPS_TOLD * floor_deg else ()))
+    left_out = (record.left_out for record in records if record.left_out)
+    return (*left_out, *reading_words(records), *(words if steps > STEPS_TOLD * floor_deg else ()))
 
 
 def drive_step_deg(record: Record) -> float:
