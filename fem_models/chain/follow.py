@@ -191,8 +191,9 @@ def creep_on(part: float, rig: Parameters, tension: Floats, crept: Floats) -> No
 
 @chain_njit()
 def note(k: int, path: Path, rig: Parameters, memory: Memory, work: Work, motion: Motion, run: Run) -> None:
-    """Write the results of sample k, and let the tendons creep."""
-    creep_on(path.creep[k], rig, work.tension, motion.crept)
+    """Write the results of sample k, and let the tendons creep until the next one, at these tensions."""
+    if k + 1 < path.creep.size:
+        creep_on(path.creep[k + 1], rig, work.tension, motion.crept)
     angles, tensions = run.angles, run.tensions
     for i in range(angles.shape[1]):
         angles[k, i] = motion.x[3 * i + 3]

@@ -198,8 +198,8 @@ def linearise(tape: Tape, path: Path, rig: Parameters, memory: Memory) -> Line:
         work.guess[0], work.guess[1] = work.tension[0, 0], work.tension[1, 0]
         accept(rig, memory, work, motion, load, rate)
         at = load
-        if s > 0 and part == 1.0:
-            creep_on(path.creep[k], rig, work.tension, motion.crept)
+        if s > 0 and part == 1.0 and k + 1 < path.creep.size:
+            creep_on(path.creep[k + 1], rig, work.tension, motion.crept)
     return line
 
 
@@ -433,7 +433,8 @@ def follow_moved(line: Line, path: Path, rig: Parameters, memory: Memory, run: R
         work.guess[0], work.guess[1] = moved.tension[0, 0], moved.tension[1, 0]
         at = load
         if s > 0 and part == 1.0:
-            creep_on(path.creep[k], rig, moved.tension, moved.crept)
+            if k + 1 < path.creep.size:
+                creep_on(path.creep[k + 1], rig, moved.tension, moved.crept)
             for i in range(joints):
                 run.angles[k, i] = moved.x[3 * i + 3]
             copy_rows(moved.tension, run.tensions[k])

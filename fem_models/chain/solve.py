@@ -28,7 +28,7 @@ from fem_models.chain.turns import tip_reach
 from fem_models.joint import JointRow, joint_row
 from fem_models.joint.contact import require_open
 from fem_models.joint.possible import require_possible, require_strain
-from fem_models.joint.strain import peak_strain
+from fem_models.joint.strain import peak_strain, thrust_N
 from fem_models.joint.superelastic_section import elongation_under_mm, require_warm
 from fem_models.load import LoadProgram
 from fem_models.load.run_record import simulated_record
@@ -223,10 +223,16 @@ def _solution(rig: Rig, joints: JointRow, program: LoadProgram | Floats, run: Ru
         tip_mm=tip_mm(rig, joints, run),
         jump=run.jumps,
     )
-    strain = peak_strain(joints, run.angles, run.longer if joints.first.section else None)
+    strain = strain_of_run(joints, run)
     wheel, friction, material, drag, jump = run.energies.T
     warming = run.warming if run.warming.size else None
     return ChainSolution(record, run.tensions, strain, wheel, friction, material, drag, jump, run.jumps, warming)
+
+
+def strain_of_run(joints: JointRow, run: Run) -> Floats:
+    """Peak strain of every joint, shape (m, N), with that of the tendons' thrust."""
+    longer = run.longer if joints.first.section else None
+    return peak_strain(joints, run.angles, longer, thrust_N=thrust_N(run.tensions))
 
 
 def tip_angle_deg(run: Run) -> Floats:

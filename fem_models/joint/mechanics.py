@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
+from scipy.optimize import brentq
+
 from fem_models.joint.flexure import Elasticity, Flexure, beam_of_notch, elasticity, flexure_of_notch
 from fem_models.joint.friction import JenkinsElements, jenkins_elements
 from fem_models.joint.hardening import Hardening
@@ -66,9 +68,9 @@ class JointMechanics:
         tendon b loses it (York et al., ICRA 2015, "A wrist for needle-sized surgical robots"). The arm of tendon b may
         come out at or below 0: it then cannot bend the manipulator towards itself. Without a tendon b it is 0.
     closure_angle_rad
-        Angle of the joint at which the edges of its notch meet at the outer surface; inf for measured joints. Of a V
-        2 atan(w/2 / (R_o + neutral offset)): the rings rotate about the neutral axis at mid-notch. A slot bends along
-        its whole width, to a circular arc whose chord its edges have to pass: w / (R_o + neutral offset).
+        Angle of the joint at which the edges of its notch meet at the outer surface; inf for measured joints
+        (:func:`closing_angle_rad`): a V bends to an arc over its bending length and has straight faces beyond it, a
+        slot bends along its whole width.
     contact_angle_rad
         Angle at which the closure of the rig starts to carry load; inf for a rig without.
     one_sided
@@ -91,6 +93,8 @@ class JointMechanics:
         for measured joints, whose section is not known.
     outer_fibres_per_rad
         The same of both outer fibres, on the side of tendon a and opposite; the larger one is the peak.
+    axial_strain_per_N
+        Strain of the root of the notch per newton of thrust, 1/(E A); NaN for measured joints.
     """
 
     flexure: Flexure
@@ -110,6 +114,7 @@ class JointMechanics:
     section: SuperelasticSection | None
     peak_strain_per_rad: float
     outer_fibres_per_rad: tuple[float, float]
+    axial_strain_per_N: float
 
     @property
     def axial_compliance(self) -> float:
@@ -147,6 +152,7 @@ class _Elastic(NamedTuple):
     one_sided: bool
     peak_strain_per_rad: float
     outer_fibres_per_rad: tuple[float, float]
+    axial_strain_per_N: float
 
 
 def joint_mechanics(rig: Rig) -> JointMechanics:
@@ -185,6 +191,7 @@ def joint_mechanics(rig: Rig) -> JointMechanics:
         section=superelastic_section(rig),
         peak_strain_per_rad=elastic.peak_strain_per_rad,
         outer_fibres_per_rad=elastic.outer_fibres_per_rad,
+        axial_strain_per_N=elastic.axial_strain_per_N,
     )
 
 
@@ -206,14 +213,34 @@ def _of_notch(joint: NotchedTube, metal: Elasticity) -> _Elastic:
         bending_length_mm=bending_length,
         turning_length_mm=turning_length,
         rigid_gap_mm=notch.width_mm - turning_length,
-        closure_angle_rad=2 * math.atan2(notch.width_mm / 2, lever) if v_shaped else notch.width_mm / lever,
+        closure_angle_rad=closing_angle_rad(notch.width_mm, bending_length if v_shaped else notch.width_mm, lever),
         one_sided=joint.one_sided,
         peak_strain_per_rad=between.bending_Nmm_per_rad * max(fibre, opposite) / rigidity,
         outer_fibres_per_rad=(
             between.bending_Nmm_per_rad * fibre / rigidity,
             between.bending_Nmm_per_rad * opposite / rigidity,
         ),
+        axial_strain_per_N=1 / (metal.young * root.area_mm2),
     )
+
+
+def closing_angle_rad(width_mm: float, bending_length_mm: float, lever_mm: float) -> float:
+    """Angle t at which the edges of a notch of width w meet; its neutral line bends to an arc of length L at mid-notch.
+
+    The straight faces beyond the arc turn by t/2 either way, and an edge lies at the lever h from the neutral line: it
+    is at mid-notch where L/t sin(t/2) + (w - L)/2 cos(t/2) = h sin(t/2). A hinge, L = 0, gives 2 atan(w/(2 h)), and a
+    slot that bends along its whole width, L = w, gives w/h.
+    """
+    straight = 0.5 * (width_mm - bending_length_mm)
+
+    def apart(angle: float) -> float:
+        half = 0.5 * angle
+        return (0.5 * bending_length_mm / half - lever_mm) * math.sin(half) + straight * math.cos(half)
+
+    low, high = 2 * math.atan2(width_mm / 2, lever_mm), width_mm / lever_mm
+    if high - low < 1e-12 or bending_length_mm >= width_mm:
+        return high
+    return float(brentq(apart, low, high, xtol=1e-12))
 
 
 def ring_stiffness(joint: NotchedTube, metal: Elasticity, length_mm: float) -> RingStiffness:
@@ -241,6 +268,7 @@ def _of_measured(joint: MeasuredJoint, EA_N: float) -> _Elastic:
         one_sided=False,
         peak_strain_per_rad=math.nan,
         outer_fibres_per_rad=(math.nan, math.nan),
+        axial_strain_per_N=math.nan,
     )
 
 

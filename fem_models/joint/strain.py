@@ -13,6 +13,7 @@ from fem_models.joint.row import JointRow, joint_row
 from fem_models.rig import Rig, RigError
 from fem_models.rig.joints import MeasuredJoint
 from hysteresis.arrays import Floats
+from hysteresis.records.record import Record
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,11 @@ def strain_limits(rig: Rig) -> tuple[StrainLimit, ...]:
 
 
 def peak_strain(
-    joint: JointMechanics | JointRow, joint_angles_rad: ArrayLike, elongation_mm: Floats | None = None
+    joint: JointMechanics | JointRow,
+    joint_angles_rad: ArrayLike,
+    elongation_mm: Floats | None = None,
+    *,
+    thrust_N: Floats | None = None,
 ) -> Floats:
     """Strain of the outermost fibre at the root of every notch, the shape of the angles.
 
@@ -79,19 +84,40 @@ def peak_strain(
     law of the stress (:attr:`fem_models.joint.mechanics.JointMechanics.peak_strain_per_rad`). The sign is that of the
     bending from rest. NaN for measured joints, whose section is not known.
 
-    ``elongation_mm``, of superelastic sections, shape (m, N), adds the strain of the tendons' thrust. Of the two outer
-    fibres of a joint it is then the one that the whole run strains more, on the side of tendon a if both are equal,
-    and keeps the sign of the bending.
+    ``elongation_mm``, of superelastic sections, or ``thrust_N`` of linear notches (:func:`thrust_N`), both of shape
+    (m, N), add the strain of the tendons' thrust: N/(E A) of the root. Of the two outer fibres of a joint it is then
+    the one that the whole run strains more, on the side of tendon a if both are equal, and keeps the sign of the
+    bending.
     """
     row = joint if isinstance(joint, JointRow) and not joint.alike else None
     one = joint.first if isinstance(joint, JointRow) else joint
     turned = np.asarray(joint_angles_rad, dtype=float) - one.rest_angle_rad
-    if elongation_mm is None or one.section is None:
+    if elongation_mm is not None and one.section is not None:
+        mean = elongation_mm / (one.section.length_mm if row is None else row.of("section.length_mm"))
+    elif thrust_N is not None and one.section is None:
+        mean = -thrust_N * (one.axial_strain_per_N if row is None else row.of("axial_strain_per_N"))
+    else:
         return turned * (one.peak_strain_per_rad if row is None else row.of("peak_strain_per_rad"))
-    mean = elongation_mm / (one.section.length_mm if row is None else row.of("section.length_mm"))
     sides = one.outer_fibres_per_rad if row is None else row.of("outer_fibres_per_rad").T
     near, far = (side * turned + sign * mean for side, sign in zip(sides, (-1, 1), strict=True))
     return np.where((1 + EQUAL) * np.abs(near).max(axis=0) >= np.abs(far).max(axis=0), near, far)
+
+
+def thrust_N(tensions_N: Floats) -> Floats:
+    """Thrust on every joint, shape (m, N), from tensions of the segments of all tendons, shape (m, tendons, N + 1).
+
+    The first segment ends at the base, the others cross a joint each.
+    """
+    return np.asarray(tensions_N[:, :, 1:].sum(axis=1))
+
+
+def thrust_of_record_N(record: Record) -> Floats | None:
+    """Thrust by the tensions at the wheel, shape (m, 1): what is lost to friction up to a joint counts as thrust there.
+
+    None of a record without tensions.
+    """
+    tensions = [one for one in (record.tension_a_N, record.tension_b_N) if one is not None]
+    return np.sum(tensions, axis=0)[:, None] if tensions else None
 
 
 def strain_per_rad(rig: Rig) -> float:

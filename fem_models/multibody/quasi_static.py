@@ -21,7 +21,7 @@ import numpy as np
 from fem_models.joint import joint_row
 from fem_models.joint.contact import require_open
 from fem_models.joint.possible import require_possible, require_strain
-from fem_models.joint.strain import peak_strain
+from fem_models.joint.strain import peak_strain, thrust_N
 from fem_models.joint.superelastic_section import require_warm
 from fem_models.load import LoadProgram
 from fem_models.load.run_record import simulated_record
@@ -141,7 +141,8 @@ def _run(
             hint = snap_hint(rig, load_control=stepper.load_control)
             raise SolverError(f"rig {rig.name}, sample {k} of {m}: {error}{hint}") from None
         tension[k, : len(rig.tendons)] = stepper.found
-        crept += plan.creep[k] * (creep_goal_mm(rig, tension[k, :, 0]) - crept)
+        if k + 1 < m:  # until the next sample, at these tensions
+            crept += plan.creep[k + 1] * (creep_goal_mm(rig, tension[k, :, 0]) - crept)
         q = stepper.coordinates()
         rotation[k] = q[stepper.model.rotation]
         longer[k], warming[k] = q[stepper.model.longer], stepper.material.heat.last
@@ -162,7 +163,8 @@ def _run(
         tip_mm=tip,
         jump=jump,
     )
-    strain = peak_strain(stepper.joints, angles, longer if stepper.joints.first.section else None)
+    lengthened = longer if stepper.joints.first.section else None
+    strain = peak_strain(stepper.joints, angles, lengthened, thrust_N=thrust_N(tension))
     heats = stepper.material.heat.heating is not None
     worked, friction, material, drag, jumping = energy.T
     warmed = warming if heats else None

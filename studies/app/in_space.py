@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fem_models.joint import joint_row
-from fem_models.joint.strain import peak_strain
+from fem_models.joint.strain import peak_strain, thrust_N
 from fem_models.load import LoadProgram
 from fem_models.rig.checks import SolverError
 from fem_models.rig.in_space import RigInSpace
@@ -151,7 +151,7 @@ def _path(
 
 
 def _strain(rig: RigInSpace, run: SpatialSolution) -> Floats:
-    return peak_strain(joint_row(rig.rig), np.radians(run.notches_deg[:, :, 2]))
+    return peak_strain(joint_row(rig.rig), np.radians(run.notches_deg[:, :, 2]), thrust_N=thrust_N(run.tensions_N))
 
 
 def _warnings(rig: RigInSpace, one: _Loop) -> list[str]:

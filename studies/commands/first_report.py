@@ -6,16 +6,12 @@ Everything that the report needs goes into one folder: records (CSV and sidecar)
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-import numpy as np
-
-from fem_models.joint import joint_mechanics
 from fem_models.load import triangle
 from fem_models.rig import preset
 from fem_models.rig.presets import PRESETS
@@ -28,8 +24,9 @@ from studies.bench_record import SHIPPED
 from studies.commands.identification import identify_records, write_fit
 from studies.commands.separation import separate_rig
 from studies.commands.tracing import FITS, PICTURES, trace_loaded, with_ending
-from studies.own_rig.loops import draw_rig, joints_deg, write_loop
+from studies.own_rig.loops import draw_rig, write_loop
 from studies.own_rig.programs import CYCLES
+from studies.own_rig.strain import strain_of_record
 from studies.progress import Steps, steps
 from studies.results import write_result
 from studies.results.made import Made
@@ -106,12 +103,13 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True, made: Made 
         write_result(out / f"trace-{SHIPPED.stem}.json", report.to_dict())
         write_files({out / name: content for name, content in files.items()})
         last = records[f"{PRESET}-{PRELOADS_N[-1]:g}N"]
-        largest_joint_rad = math.radians(float(np.abs(joints_deg(last)).max()))
+        strain = strain_of_record(preset(PRESET), last)
+        assert strain is not None
         summary = RunSummary(
             seed=seed,
             versions=versions_found(),
             rig=rig_numbers(PRESET),
-            peak_strain_percent=100 * joint_mechanics(preset(PRESET)).peak_strain_per_rad * largest_joint_rad,
+            peak_strain_percent=strain.peak_strain_percent,
             loops=tuple(loops),
             crosscheck=tuple(checks),
             fits=tuple(fits),

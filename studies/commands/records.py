@@ -192,6 +192,7 @@ def separate(
 ) -> None:
     """Divide the loop into friction, tendon elasticity and material, by switching each of them in the model."""
     from studies.commands.separation import STEPS_OF_RECORDS, STEPS_OF_RIG, separate_records, separate_rig, summary
+    from studies.own_rig.metal import law_of_metal
 
     target = out / "separate.json"
     replacing.allow([target])
@@ -205,7 +206,10 @@ def separate(
             size = SEPARATION_MM if amplitude is None else amplitude
             require(size > 0, "--amplitude", size, "above 0")
             members = over.members(rig)
-            result = separate_rig(rig.read(), size, engine=engine, seed=common.seed, members=members, report=step)
+            chosen = rig.read()
+            metal = law_of_metal(chosen, 0.0 if chosen.tendon_b is None else -size, size, rig.rig)
+            result = separate_rig(metal.rig, size, engine=engine, seed=common.seed, members=members, report=step)
+            result = replace(result, warnings=(*result.warnings, *filter(None, [metal.words])))
     result = replace(result, made=made)
     write_result(target, result)
     common.show(result, contributions_table(result), *summary(result), f"wrote {target}", _page_of(out))

@@ -18,9 +18,11 @@ from fem_models.rig import Rig, RigError
 from fem_models.rig.in_space import RigInSpace
 from hysteresis.arrays import Floats
 from hysteresis.files import write_files
+from hysteresis.own import MAKER
 from hysteresis.plain import to_plain
 from hysteresis.records.record import Record
 from hysteresis.records.record_file import check_target, files_of_record, write_record
+from hysteresis.records.sidecar import toml
 from studies.commands.options import Common, EnsembleChoice, Out, Overwrite, ProgramChoice, RigChoice
 from studies.commands.tables import (
     bent_table,
@@ -42,6 +44,7 @@ from studies.engines import (
 )
 from studies.own_rig.choice import OwnRigChoice, design_lines
 from studies.own_rig.jumps import jump_lines
+from studies.own_rig.metal import LawOfMetal, law_of_metal
 from studies.own_rig.new_record import without_geometry
 from studies.own_rig.strain import Strain, drive_to_angle_mm, strain_lines, strain_of, strain_of_record
 from studies.own_rig.usual import unusual
@@ -161,16 +164,16 @@ def simulate(
         _require_by_force(engine, dynamic)
         with status(common.shows_progress, message):
             record, strain = _simulate_by_force(chosen, force_N, engine)
-        remarks = list[str]()
+        metal, remarks = LawOfMetal(chosen), list[str]()
     else:
         load = program.read()
         if dynamic:
             _require_dynamic(engine, load)
+        metal = _law_of_metal(chosen, load, engine, rig)
         with counted(common.shows_progress, message) as count:
-            record, strain = _simulate(chosen, load, engine, dynamic, count)
-        only_times = load.time_s is not None and not _rate_matters(chosen, engine, dynamic)
-        remarks = ["quasi-static: the rate sets the times only"] if only_times else []
-    _write(record, chosen, rig, out)
+            record, strain = _simulate(metal.rig, load, engine, dynamic, count)
+        remarks = [*_only_times(metal.rig, load, engine, dynamic), *metal.notes]
+    _write(record, metal, rig, out)
     remarks = [*jump_lines(record), *remarks]
     summary = to_plain(loop_summary(record), finite=False)
     shown = values_table(summary)
@@ -195,11 +198,29 @@ def simulate(
     common.show(summary, shown, *remarks, f"record: {out}")
 
 
-def _write(record: Record, chosen: Rig, rig: RigChoice, out: Path) -> None:
-    """Write a record, unless the tube folds over."""
+def _law_of_metal(chosen: Rig, load: LoadProgram, engine: EngineName, rig: RigChoice) -> LawOfMetal:
+    """Choose the law of the metal; the analytic model is linear whatever it is."""
+    found = law_of_metal(chosen, float(load.drive_mm.min()), float(load.drive_mm.max()), rig.rig)
+    return LawOfMetal(chosen) if engine == "analytic" else found
+
+
+def _only_times(rig: Rig, load: LoadProgram, engine: EngineName, dynamic: bool) -> list[str]:
+    only = load.time_s is not None and not _rate_matters(rig, engine, dynamic)
+    return ["quasi-static: the rate sets the times only"] if only else []
+
+
+def _write(record: Record, metal: LawOfMetal, rig: RigChoice, out: Path) -> None:
+    """Write a record, unless the tube folds over.
+
+    Beside a record with a law that the rig file does not state is the rig with that law, which the record names.
+    """
     if record.notches_deg is not None:
-        require_unfolded(chosen, np.radians(record.notches_deg))
-    write_record(_of_file(record, rig, chosen.preload_N), out)
+        require_unfolded(metal.rig, np.radians(record.notches_deg))
+    file = rig.rig
+    if metal.by_default:
+        file = out.with_suffix(".rig.toml")
+        write_files({file: f"# made by {MAKER}\n{toml(metal.rig.to_dict())}"})
+    write_record(_of_file(record, replace(rig, rig=file), metal.rig.preload_N), out)
 
 
 def _of_file(record: Record, rig: RigChoice, preload_N: float) -> Record:

@@ -11,9 +11,16 @@ from typing import Protocol
 import numpy as np
 from scipy.optimize import brentq
 
-from fem_models.chain.solve import ChainCase, ChainSolution, chain_case, followed, tip_angle_deg, tip_mm
+from fem_models.chain.solve import (
+    ChainCase,
+    ChainSolution,
+    chain_case,
+    followed,
+    strain_of_run,
+    tip_angle_deg,
+    tip_mm,
+)
 from fem_models.joint import JointRow, joint_row
-from fem_models.joint.strain import peak_strain
 from fem_models.joint.strain_life import Life, StrainLife, nitinol_life
 from fem_models.load import LoadProgram
 from fem_models.multibody.quasi_static import MultibodySolution
@@ -121,7 +128,7 @@ class ChainBender:
             tension_N=run.tensions[:, 0, 0],
             joints_rad=run.angles,
             tip_mm=tip_mm(self.rig, case.joints, run),
-            strain=peak_strain(case.joints, run.angles, run.longer if case.joints.first.section else None),
+            strain=strain_of_run(case.joints, run),
         )
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem_models.joint import joint_row
-from fem_models.joint.strain import peak_strain
+from fem_models.joint.strain import peak_strain, thrust_N
 from fem_models.load import LoadProgram
 from fem_models.rig.in_space import RigInSpace
 from fem_models.spatial.drives import WheelProgram, round_axes
@@ -59,7 +59,8 @@ def wheel_loop(
     assert cycle is not None
     plane = facing_drive(drive, run.bending_deg)
     width = loop_width(drive, plane.angle_deg, cycle)
-    strain = peak_strain(joint_row(rig.rig), np.radians(run.notches_deg[:, :, 2]))
+    angles = np.radians(run.notches_deg[:, :, 2])
+    strain = peak_strain(joint_row(rig.rig), angles, thrust_N=thrust_N(run.tensions_N))
     energies = np.array([run.work_mJ, run.friction_mJ, run.material_mJ, np.zeros_like(run.work_mJ)])
     pulls = run.tensions_N[:, :, 0]
     return WheelLoop(

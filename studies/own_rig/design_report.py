@@ -38,6 +38,7 @@ from studies.ensemble import run_ensemble
 from studies.own_rig.jumps import jump_lines
 from studies.own_rig.key_numbers import write_page_one
 from studies.own_rig.loops import draw_rig, write_loop
+from studies.own_rig.metal import law_of_metal
 from studies.own_rig.new_record import without_geometry
 from studies.own_rig.numbers import derived_numbers, fitted_numbers, numbers_of_file, with_preloads
 from studies.own_rig.programs import programs_of_report
@@ -149,7 +150,7 @@ def design_report(
     """
     named = _named(design, records)
     _remove_earlier(out)
-    found = _Found(notes=[*unusual(design.rigs[0]), *without_geometry(records, beside_rig=True)])
+    design, found = _begun(design, records)
     total = (2 + bool(design.members)) * len(design.rigs) + len(records) + max(1, len(design.rigs)) + 4
     with steps(progress, total=total) as step:
         for rig in design.rigs:
@@ -219,6 +220,18 @@ def _loop_name(design: Design, rig: Rig) -> str:
     return f"{without_folders(design.name)}-{rig.preload_N:g}N"
 
 
+def _begun(design: Design, records: Sequence[Record]) -> tuple[Design, _Found]:
+    """Give the design with the law of the metal that its drive asks for, and what is to be noted of it."""
+    low = 0.0 if design.rigs[0].tendon_b is None else -design.amplitude_mm
+    found = [law_of_metal(rig, low, design.amplitude_mm, design.file) for rig in design.rigs]
+    if any(one.by_default for one in found):  # one metal at all preloads
+        with_flag = next(one.rig for one in found if one.by_default)
+        rigs = tuple(replace(with_flag, preload_N=rig.preload_N) for rig in design.rigs)
+        design = replace(design, rigs=rigs)
+    laws = [f"preload {one.rig.preload_N:g} N: {one.words}" for one in found if one.words]
+    return design, _Found(notes=[*unusual(design.rigs[0]), *laws, *without_geometry(records, beside_rig=True)])
+
+
 def _numbers(design: Design) -> tuple[RigNumber, ...]:
     """Give every number of the rig with its source: that of the preset, the rig file, or a default.
 
@@ -227,7 +240,8 @@ def _numbers(design: Design) -> tuple[RigNumber, ...]:
     if design.preset in PRESETS and design.preset is not None:
         rows = rig_numbers(design.preset)
     elif design.file is not None:
-        rows = numbers_of_file(numeric_fields(read_rig(design.file)), design.file)
+        own = replace(design.rigs[-1], preload_N=read_rig(design.file).preload_N)
+        rows = numbers_of_file(numeric_fields(own), design.file)
     else:
         rows = tuple(RigNumber(name, value, "given", "") for name, value in numeric_fields(design.rigs[-1]).items())
     return with_preloads(rows, [rig.preload_N for rig in design.rigs])

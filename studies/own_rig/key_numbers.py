@@ -16,7 +16,6 @@ import numpy as np
 from fem_models.chain import solve_chain
 from fem_models.drawings import side_view_svg
 from fem_models.joint import joint_mechanics, joint_row
-from fem_models.joint.strain import peak_strain
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
@@ -101,13 +100,14 @@ def derived(rig: Rig) -> dict[str, float]:
 
 
 def _way(rig: Rig, drive_mm: float) -> _Way:
-    record = solve_chain(rig, LoadProgram(np.linspace(0.0, drive_mm, SAMPLES))).record
+    run = solve_chain(rig, LoadProgram(np.linspace(0.0, drive_mm, SAMPLES)))
+    record = run.record
     assert record.notches_deg is not None
     assert record.tension_a_N is not None
     assert record.tip_mm is not None
     strain = math.nan
     if rig.superelastic is None:
-        strain = 100 * float(np.abs(peak_strain(joint_row(rig), np.radians(record.notches_deg))).max())
+        strain = 100 * float(np.abs(run.peak_strain).max())
     return _Way(record.drive, record.angle_deg, record.tension_a_N, record.tip_mm, record.notches_deg, strain)
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem_models.joint import joint_row
-from fem_models.joint.strain import limits_passed, peak_strain, strain_limits
+from fem_models.joint.strain import limits_passed, peak_strain, strain_limits, thrust_of_record_N
 from fem_models.rig import Rig
 from hysteresis.arrays import Floats
 from hysteresis.records.record import Record
@@ -34,7 +34,9 @@ def strain_of_record(rig: Rig, record: Record) -> Strain | None:
     """
     if record.notches_deg is None or rig.superelastic is not None:
         return None
-    found = strain_of(rig, record.drive, peak_strain(joint_row(rig), np.radians(record.notches_deg)))
+    angles = np.radians(record.notches_deg)
+    strain = peak_strain(joint_row(rig), angles, thrust_N=thrust_of_record_N(record))
+    found = strain_of(rig, record.drive, strain)
     return found if np.isfinite(found.peak_strain_percent) else None
 
 

@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 
 from fem_models.analytic import simulate_analytic
-from fem_models.chain.solve import chain_case, followed, solve_chain, tip_angle_deg
+from fem_models.chain.solve import chain_case, followed, solve_chain, strain_of_run, tip_angle_deg
 from fem_models.joint import joint_row
 from fem_models.joint.strain import largest_strains, peak_strain, strain_limits
 from fem_models.load import LoadProgram, sine, triangle
@@ -174,7 +174,7 @@ def _run_chain(rig: Rig, program: LoadProgram) -> Run:
     case = chain_case(rig, program)
     done, _ = followed(rig, case)
     angle, notches, wheel_N = tip_angle_deg(done), np.degrees(done.angles), done.tensions[:, :, 0]
-    strain = peak_strain(case.joints, done.angles, done.longer if case.joints.first.section else None)
+    strain = strain_of_run(case.joints, done)
     work = done.energies[:, 0]
     run = Run(
         angle, notches, done.tensions[:, : len(rig.tendons)], work, strain, lambda: solve_chain(rig, program).record
@@ -197,7 +197,7 @@ def _run_analytic(rig: Rig, program: LoadProgram) -> Run:
     tensions = [record.tension_a_N] + ([] if rig.tendon_b is None else [record.tension_b_N])
     segments = np.stack([np.asarray(tension) for tension in tensions], axis=1)[:, :, None]
     assert record.notches_deg is not None
-    strain = peak_strain(joint_row(rig), np.radians(record.notches_deg))
+    strain = peak_strain(joint_row(rig), np.radians(record.notches_deg), thrust_N=segments.sum(axis=1))
     return Run(record.angle_deg, record.notches_deg, segments, None, strain, lambda: record)
 
 

@@ -57,6 +57,18 @@ def test_tensions_behind_rigid_bends_are_those_of_the_capstan_equation_on_loadin
     assert np.abs(tension - exact).max() <= 0.2
 
 
+@pytest.mark.parametrize("stiffness", [1e6, 1e8, 1e9])
+@pytest.mark.parametrize("engine", BY_FORCE)
+def test_the_capstan_equation_holds_however_stiff_the_joints_are(engine, stiffness):
+    """A tolerance of the moments that grew with the stiffness left 13.84 N at the tip in place of 12.78, at 1e8."""
+    rig = replace(RIGID_BENDS, joint=MeasuredJoint(JOINTS, 2.6, stiffness))
+    force = np.concatenate([np.arange(0.0, 20.1, 0.5), np.arange(20.0, 10.0, -0.5)])
+    tension, exact = BY_FORCE[engine](rig, force).segment_tensions_N[:, 0], capstan(force)
+    assert exact[40, -1] == pytest.approx(12.78, abs=0.01)
+    assert tension[40, -1] == pytest.approx(exact[40, -1], abs=0.02)
+    assert np.abs(tension - exact).max() <= 0.1
+
+
 @pytest.mark.parametrize("engine", BY_FORCE)
 def test_a_tendon_that_was_let_go_at_rest_is_pulled_in_against_all_guides(engine):
     # Preloaded by 5 N at rest, and without force at the wheel before the first sample.

@@ -276,8 +276,10 @@ def _rigid(rig: Rig, tendon: Tendon, softer: float = 1.0) -> Tendon:
     return replace(tendon, EA_N=max(tendon.EA_N, stiffest / softer), toe_N=0.0)
 
 
-def loop_program(low_mm: float, high_mm: float, *, cycles: int = 2) -> LoadProgram:
+def loop_program(low_mm: float, high_mm: float, *, cycles: int = 2, steps: int | None = None) -> LoadProgram:
     """Drive from rest to the upper end, then down and up again ``cycles`` times, quasi-static.
+
+    ``steps`` from one end to the other are :data:`STEPS` by default.
 
     Raises
     ------
@@ -286,9 +288,10 @@ def loop_program(low_mm: float, high_mm: float, *, cycles: int = 2) -> LoadProgr
     """
     if not low_mm < high_mm:
         raise RigError(f"drive from {low_mm:g} to {high_mm:g} mm: expected the lower end below the upper end")
-    step = (high_mm - low_mm) / STEPS
+    steps = steps or STEPS
+    step = (high_mm - low_mm) / steps
     approach = np.linspace(0.0, high_mm, max(1, math.ceil(abs(high_mm) / step - 1e-9)) + 1)
-    down = np.linspace(high_mm, low_mm, STEPS + 1)[1:]
+    down = np.linspace(high_mm, low_mm, steps + 1)[1:]
     cycle = np.concatenate([down, np.append(down[::-1][1:], high_mm)])
     numbers = np.repeat(np.arange(cycles + 1), [approach.size, *[cycle.size] * cycles])
     return LoadProgram(np.concatenate([approach, *[cycle] * cycles]), cycle=numbers)

@@ -8,6 +8,7 @@ from notched_rigs import PAIR, SHEAR, WRIST, YOUNG, V, planar
 
 from fem_models.joint import joint_mechanics
 from fem_models.joint.flexure import beam, flexure, root_length_mm
+from fem_models.joint.mechanics import closing_angle_rad
 from fem_models.joint.paper_elements import theta_sum
 from fem_models.joint.roots import root_length
 from fem_models.joint.section import section
@@ -30,8 +31,19 @@ def test_closure_of_the_notch():
     # The '150' wrist shuts near 30.7 deg a notch (measured, GitHub nepacheco/MastersThesis); rigid-ring geometry
     # about the neutral axis leaves out that the flexure bends over its whole width.
     assert np.degrees(joint_mechanics(WRIST).closure_angle_rad) == pytest.approx(30.7, rel=0.05)
-    # edges of a pair meet where tan(t/2) = (w/2)/R_o
-    assert np.tan(joint_mechanics(V).closure_angle_rad / 2) == pytest.approx(0.6 / 3.0)
+    # A V bends to an arc over its bending length, and its straight faces turn by half of the angle either way: an edge
+    # of it, at R_o from the neutral line, is then at mid-notch. A hinge would have tan(t/2) = (w/2)/R_o.
+    joint, notch = joint_mechanics(V), V.joint.notch
+    angle, half = joint.closure_angle_rad, 0.5 * joint.closure_angle_rad
+    end_of_arc = joint.bending_length_mm / angle * np.sin(half)
+    face = 0.5 * (notch.width_mm - joint.bending_length_mm) * np.cos(half)
+    assert end_of_arc + face == pytest.approx(3.0 * np.sin(half), rel=1e-9)
+    assert angle / (2 * np.arctan(0.6 / 3.0)) == pytest.approx(1.01, abs=0.005)
+
+
+def test_a_hinge_and_a_slot_are_the_limits_of_the_path_that_closes_a_notch():
+    assert closing_angle_rad(1.4, 0.0, 3.1) == pytest.approx(2 * np.arctan(0.7 / 3.1))
+    assert closing_angle_rad(1.4, 1.4, 3.1) == pytest.approx(1.4 / 3.1)
 
 
 def test_measured_wrists_scale_with_the_width_and_are_softer_than_linear(measured):
@@ -86,7 +98,7 @@ def test_other_figures_of_the_page_on_the_analytic_model():
     assert planar(deeper, 0.0)[2] / planar(WRIST, 0.0)[2] == pytest.approx(1 - 0.24, abs=0.005)
     shortening = 14 / beam(V).axial_N_per_mm
     assert shortening / ((150 + 14 * 2.6) / 9000) == pytest.approx(0.025, abs=5e-4)
-    assert np.degrees(14 * joint_mechanics(V).closure_angle_rad) == pytest.approx(317, abs=0.5)
+    assert np.degrees(14 * joint_mechanics(V).closure_angle_rad) == pytest.approx(319, abs=0.5)
     angle = np.radians(45) / 14
     assert 14 * 1.2 * angle**2 * (1 / 8 - 1 / 24) == pytest.approx(0.004, abs=5e-4)  # hinge against even curvature
 

@@ -7,6 +7,7 @@ import pytest
 
 from fem_models.chain.solve import solve_chain
 from fem_models.joint import joint_mechanics
+from fem_models.joint.section import root_section
 from fem_models.joint.strain import FATIGUE, StrainLimit, limits_passed, peak_strain, strain_limits
 from fem_models.joint.superelastic_section import elongation_under_mm
 from fem_models.load import LoadProgram
@@ -56,6 +57,23 @@ def test_both_engines_have_the_strain_of_the_thrust():
         np.testing.assert_allclose(run.peak_strain, bending + elastic, rtol=2e-3)
 
 
+@pytest.mark.parametrize("preload_N", [10.0, 20.0])
+def test_linear_rigs_have_the_strain_of_the_thrust(preload_N):
+    """N/(E A) of the root beside the bending: 2.25 % for du2018 at 20 N and 2.2 mm, 2.03 % by bending alone."""
+    rig = preset("du2018", preload_N=preload_N)
+    root, young = root_section(rig.joint), 1e3 * rig.material.youngs_modulus_GPa
+    joint = joint_mechanics(rig)
+    for solve, drive in ((solve_chain, np.linspace(0.0, 2.2, 23)), (solve_multibody, np.array([0.0, 0.2]))):
+        run = solve(rig, LoadProgram(drive))
+        thrust = run.segment_tensions_N[:, :, 1:].sum(axis=1)
+        bending = np.abs(np.radians(run.record.notches_deg)) * joint.peak_strain_per_rad
+        np.testing.assert_allclose(np.abs(run.peak_strain), bending + thrust / (young * root.area_mm2), rtol=1e-9)
+        assert run.peak_strain[0] == pytest.approx(2 * preload_N / (young * root.area_mm2), rel=1e-3)
+        if preload_N == 20.0 and solve is solve_chain:
+            assert 100 * np.abs(run.peak_strain).max() == pytest.approx(2.25, abs=0.01)
+            assert 100 * bending.max() == pytest.approx(2.03, abs=0.01)
+
+
 def test_limits_are_exceeded_between_samples_by_interpolation():
     limits = (StrainLimit("a", 0.015, "peak", "test"), StrainLimit("b", 0.015, "alternating", "test"))
     drive, strain = np.array([1.0, 2.0, 3.0, 4.0]), np.array([[0.0, 0.01], [0.0, 0.02], [0.0, -0.01], [0.0, -0.02]])
@@ -84,8 +102,10 @@ def test_the_report_has_the_strain_of_its_run():
     rig = preset("du2018")
     solution = solve_multibody(rig, LoadProgram(np.linspace(0.0, 2.2, 12)))
     summary = strain_summary(rig, solution)
-    angle = np.radians(np.abs(solution.record.notches_deg).max())
-    assert summary.peak_strain_percent == pytest.approx(100 * angle * joint_mechanics(rig).peak_strain_per_rad)
+    joint, angle = joint_mechanics(rig), np.radians(np.abs(solution.record.notches_deg).max())
+    thrust = solution.segment_tensions_N[-1, :, 1:].sum(axis=0).max()
+    expected = angle * joint.peak_strain_per_rad + thrust * joint.axial_strain_per_N
+    assert summary.peak_strain_percent == pytest.approx(100 * expected, rel=1e-3)
     at = [limit.passed_at_mm for limit in summary.strain_limits]
     assert 0 < at[0] < at[1] < 2.2  # 0.4 % alternating, then 1 %; 2.5 % at 45 deg stays below 6 %
     assert at[2] is None
