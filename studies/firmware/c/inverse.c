@@ -38,11 +38,13 @@ static real path_to(const notchbend_state *state, real target, struct way *way, 
 #endif
     for (k = 0; k < 100; k++) {
         real slopes[2] = {0, 0}, slope, below, next, change;
+        int close;
         real h = arrive(way, at, *computed = at + *direction * x, *direction, slopes);
         if (x > 0)
             over = *direction * (angle_at(state, *computed, h) - target);
         if (magnitude(over) <= ROUNDING * magnitude(target))
             break;
+        close = magnitude(over) <= CLOSE * SATURATION;      /* one more change of x needs no look at h */
         if (over < 0)
             low = x;
         else
@@ -52,12 +54,14 @@ static real path_to(const notchbend_state *state, real target, struct way *way, 
         next = slope > 0 && below > R(0.5) * slope * slope ? x - over * slope / below : x - over / slope;
         if (k == 0 && !(slope > R(0.1)))
             next = high;            /* h first moves against f */
+        else if (close && !(slope > 0 && next >= low && next <= high))
+            next = x;
         else if (!(slope > 0 && next >= low && next <= high && magnitude(over) <= R(0.5) * magnitude(last)))
             next = R(0.5) * (low + high);
         last = over;
         change = magnitude(next - x);
         x = next;
-        if (change <= tolerance || change <= SMOOTH || high - low <= tolerance)
+        if (change <= tolerance || change <= SMOOTH || close || high - low <= tolerance)
             break;
     }
     return at + *direction * x;
