@@ -162,6 +162,14 @@ def test_command_writes_json_and_page(tmp_path, monkeypatch, capsys):
     assert stored["axis"] == {"name": "uses", "values": [0.0, 10.0, 20.0, 30.0, 40.0, 50.0]}
     assert shown["records"] == stored["records"] == names
     assert all(is_own(tmp_path / "out" / name) for name in ("follow.json", "report.html"))
+    assert call(["report", "out"]) == 0
+    page = (tmp_path / "out/report.html").read_text()
+    assert '<h2 id="device">' in page
+    assert stored["words"][0] in page
+    for name, values in (("axis", stored["axis"] | {"values": [1.0]}), ("words", [])):
+        (tmp_path / "out/follow.json").write_text(json.dumps(stored | {name: values}))
+        assert call(["report", "out"]) == 2
+    capsys.readouterr()
     assert call([*words, "--limit", "bend=1"]) == 2
     assert "--limit bend: not followed in these records: expected one of zero_deg" in capsys.readouterr().err
 
