@@ -5,7 +5,7 @@
 For each law a made-up fit is exported and compiled. Random steps between random turning points are replayed: drives
 into the model, and references into its inverse, whose drives are put into the model in Python. Instructions are counted
 by callgrind of valgrind in the function `step` and all that it calls, those of the library among them: the mean of
-20,000 steps, and of 2,000 single ones the 99 % quantile and the largest. Checkers that are not installed are left out.
+20,000 steps, and of 500 single ones the 99 % quantile and the largest. Checkers that are not installed are left out.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from hysteresis.files import write_files
 from studies.firmware import compensator_files, read_compensator
 from studies.firmware.vector import predicted, random_path
 
-COUNTED, SINGLE = 20_000, 2_000
+COUNTED, SINGLE = 20_000, 500
 KINDS = {"double": (), "float": ("-DCMP_FLOAT",)}
 CHECKERS = {
     "cppcheck": ("cppcheck", "--std=c99", "--enable=warning,style,performance,portability", "--error-exitcode=1",

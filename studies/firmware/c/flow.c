@@ -57,7 +57,9 @@ static real series_and_slope(const real *c, real x, int order, real *slope)
 static int terms_near(real x, real limit)
 {
     real size = magnitude(x);
-    return size > R(0.06) * limit ? ORDER : size > R(3e-4) * limit ? 10 : 4;
+    if (size > R(0.25) * limit)
+        return ORDER;
+    return size > R(0.06) * limit ? 16 : size > R(3e-4) * limit ? 10 : 4;
 }
 
 /* The path from zero to y, with power = |y|^n. */

@@ -44,7 +44,6 @@ static real path_to(const notchbend_state *state, real target, struct way *way, 
             over = *direction * (angle_at(state, *computed, h) - target);
         if (magnitude(over) <= ROUNDING * magnitude(target))
             break;
-        close = magnitude(over) <= CLOSE * SATURATION;      /* one more change of x needs no look at h */
         if (over < 0)
             low = x;
         else
@@ -52,11 +51,11 @@ static real path_to(const notchbend_state *state, real target, struct way *way, 
         slope = state->gain + slopes[0];
         below = slope * slope - R(0.5) * over * *direction * slopes[1];
         next = slope > 0 && below > R(0.5) * slope * slope ? x - over * slope / below : x - over / slope;
+        /* one more change of x needs no look at h */
+        close = magnitude(over) <= CLOSE * SATURATION && slope > R(0.1) && next >= low && next <= high;
         if (k == 0 && !(slope > R(0.1)))
             next = high;            /* h first moves against f */
-        else if (close && !(slope > 0 && next >= low && next <= high))
-            next = x;
-        else if (!(slope > 0 && next >= low && next <= high && magnitude(over) <= R(0.5) * magnitude(last)))
+        else if (!close && !(slope > 0 && next >= low && next <= high && magnitude(over) <= R(0.5) * magnitude(last)))
             next = R(0.5) * (low + high);
         last = over;
         change = magnitude(next - x);
