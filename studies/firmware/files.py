@@ -151,4 +151,4 @@ def _recursion_values(settings: RecursionSettings) -> dict[str, str]:
 def _libm(functions: tuple[str, ...]) -> str:
     """Say which functions of the library are called."""
     singles = ", ".join(f"{name}f" for name in functions)
-    return f"of the library only {', '.join(functions)} ({singles} for float) of math.h; fabs is inlined"
+    return f"of the library only {', '.join(functions)} ({singles} for float) of math.h"
