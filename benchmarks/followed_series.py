@@ -1,4 +1,4 @@
-"""Follow a device over 30 days of records in which one of six things drifts from day 12 on, or nothing does.
+"""Follow a device over 30 days of records in which one of eight things drifts from day 12 on, or nothing does.
 
     python benchmarks/followed_series.py --seed 7 --drifting 18 --steady 30 --out scores.jsonl
 
@@ -45,8 +45,13 @@ DRIFTS: dict[str, tuple[Drift, tuple[float, float]]] = {
     "viscous_drag": (lambda rig, s: replace(rig, viscous_N_s_per_mm=s), (0.6, 2.0)),
     "drive_gain": (lambda rig, s: rig, (0.02, 0.06)),
     "zero": (lambda rig, s: rig, (0.4, 1.5)),
+    "tendon_slack": (lambda rig, s: replace(rig, slack_mm=s * rig.preload_N / min(rig.tendon_N_per_mm)), (1.3, 1.8)),
+    "camera_misalignment": (lambda rig, s: replace(rig, camera=(0.0, s)), (0.05, 0.15)),
 }
-"""How a rig changes with a size, and the sizes on the last day; gain and zero are of drive and sensor."""
+SIGNED = ("camera_misalignment",)
+"""How a rig changes with a size, and the sizes on the last day; gain and zero are of drive and sensor.
+
+Slack is in parts of the stretch of a tendon at rest, so that both are loose at the centre at last."""
 
 
 def program() -> tuple[Floats, Floats, Ints]:
@@ -71,7 +76,9 @@ def series(label: str, rng: np.random.Generator) -> list[Record]:
     for day in range(1, DAYS + 1):
         size = last * max(0, day - FROM_DAY + 1) / (DAYS - FROM_DAY + 1)
         gain = 1 + side * size if label == "drive_gain" else 1.0
-        angle, tension = simulate_lumped(changed(rig, size), gain * drive, clock, cycle)
+        angle, tension = simulate_lumped(
+            changed(rig, side * size if label in SIGNED else size), gain * drive, clock, cycle
+        )
         zero = rng.normal(0.0, ZERO_DEG) + (side * size if label == "zero" else 0.0)
         records.append(
             Record(
@@ -106,6 +113,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         names, alike = (list(found.cause.effects), list(found.cause.alike)) if found.cause else ([], [])
         row = {"seed": options.seed, "number": number, "label": label, "verdict": found.verdict, "first": first}
         row |= {"named": names, "alike": alike, "alarms": [o.name for o in found.parameters if o.alarm is not None]}
+        row |= {"how": found.cause.how if found.cause else None}
         row |= {"p": [one.p for one in found.changes], "seconds": round(time.perf_counter() - began, 1)}
         with options.out.open("a", encoding="utf-8") as file:
             file.write(json.dumps(row) + "\n")

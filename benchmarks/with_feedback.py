@@ -3,11 +3,13 @@
     python benchmarks/with_feedback.py --seed 3 --rigs 3 --plot docs/images/feedback.png
 
 The rig is lumped and shares no code with the law, which is identified on loops of it as it was. At every tick the motor
-gets a drive from one of five controllers:
+gets a drive from one of six controllers:
 
 - curve: the inverse of the best curve without hysteresis;
 - compensator: the inverse of the law, as the exported C file computes it;
 - PI: the curve, and a PI controller on the difference of reference and measured angle;
+- PI, in time: the same without a compensator, but with the delays compensated as in the last one: what the compensator
+  adds is the difference to that one;
 - both: the compensator and the same PI controller;
 - both, in time: the compensator looks ahead by the lag of the motor, and the controller compares the angle with the
   reference of the time at which it was measured, behind the motor's lag.
@@ -39,7 +41,7 @@ SENSOR_DELAY_S, MOTOR_LAG_S = 0.03, 0.02
 STEP_DEG, NOISE_DEG, COUNTS = 360 / 2**12, 0.05, 4096
 PART = 0.7  # of the angle at the largest amplitude
 RATES_HZ = (0.05, 0.5)
-CONTROLLERS = ("curve", "compensator", "PI", "both", "both, in time")
+CONTROLLERS = ("curve", "compensator", "PI", "PI, in time", "both", "both, in time")
 CHANGES = {
     "as identified": lambda rig: rig,
     "preload of 10 N": lambda rig: replace(rig, preload_N=10.0),
@@ -87,7 +89,7 @@ def led(values: Floats, lead_s: float) -> Floats:
 
 def followed(rig: LumpedRig, fit: Fit, wanted: Floats, controller: str, seed: int) -> Floats:
     """Angles of the rig, shape (m,), deg."""
-    in_time = controller == "both, in time"
+    in_time = controller.endswith("in time")
     ahead = led(wanted, MOTOR_LAG_S) if in_time else wanted
     compensates = controller in ("compensator", "both", "both, in time")
     forward = compensating_drive(fit, ahead, fit.first_drive) if compensates else uncompensated_drive(fit, ahead)
@@ -155,8 +157,8 @@ def draw(errors: dict[str, Floats], path: Path) -> None:
 
     figure = Figure(figsize=(8.0, 3.4), layout="constrained")
     axes = figure.subplots()
-    tones = dict(zip(CONTROLLERS, ("#8a8f98", "#1f5fa8", "#c8641e", "#7a4fa3", "#1b8070"), strict=True))
-    for name in ("curve", "compensator", "PI", "both, in time"):
+    tones = dict(zip(CONTROLLERS, ("#8a8f98", "#1f5fa8", "#d9a441", "#c8641e", "#7a4fa3", "#1b8070"), strict=True))
+    for name in ("curve", "compensator", "PI, in time", "both, in time"):
         error = errors[name]
         axes.plot(TICK_S * np.arange(error.size), error, color=tones[name], lw=1.0, label=name)
     axes.set_xlabel("time, s")

@@ -4,9 +4,9 @@ The law theta = f(x) + h of the first records stays, and a record differs from i
 
     theta = zero + gain f(x(t - lag)) + bow u^2 + flatness (u^3 - u) + h,
 
-u being f from -1 to 1 over the range of the first records, with the saturation of h times a width, and its slope after
-a reversal times a factor. The numbers are found by least squares from those of the first records, so a record takes
-milliseconds. h at its first sample is free.
+u being f + h from -1 to 1 over the range of the first records, with the saturation of h times a width, and its slope
+after a reversal times a factor. The numbers are found by least squares from those of the first records, so a record
+takes milliseconds. h at its first sample is free.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -53,7 +54,9 @@ FLATNESS = Followed("flatness_deg", "deg", "the curve is flatter in its middle",
 TENSION = Followed("tension_N", "N", "mean tension of both tendons", 0.0, 0.0, math.inf)
 LEFT = Followed("left_deg", "deg", "error that the law leaves, root mean square", 0.0, 0.0, math.inf)
 PLAY = Followed("play", "1", "play before the drive, over half of the drive's range", 0.0, 0.0, 1.0)
-"""Not followed, since width and loss after a reversal show it together; it stands for a cause: :func:`left_by`."""
+DRAG = Followed("drag_s", "s", "time constant with which the angle follows the drive", 0.0, 0.0, 1.0)
+SPEED = Followed("per_speed", "1", "part that grows with the speed of the drive", 0.0, -math.inf, math.inf)
+"""Play, drag and a part by speed are not followed, since other numbers show them together; they stand for a cause."""
 OF_THE_LAW = (ZERO, GAIN, WIDTH, SLOPE, LAG, BOW, FLATNESS)
 
 
@@ -110,9 +113,9 @@ def _state(fit: Fit, record: Record, followed: tuple[Followed, ...]) -> DeviceSt
     start = np.array([*(one.unchanged for one in law), 0.0])
     low, high = (np.array([*(getattr(one, side) for one in law), end]) for side, end in (("low", -1.0), ("high", 1.0)))
     if LAG in law and record.time_s is not None:
-        most = _longest_lag(record)
+        most = longest_lag(record)
         low[law.index(LAG)], high[law.index(LAG)] = -most, most
-    model = _Model(fit, record, tuple(one.name for one in law))
+    model = RecordModel(fit, record, tuple(one.name for one in law))
     found = least_squares(model.residual, start, bounds=(low, high), x_scale=model.scales(), diff_step=_STEP)
     error, jacobian = found.fun, found.jac
     deviation = _standard_deviations(error, jacobian)
@@ -129,8 +132,8 @@ def _state(fit: Fit, record: Record, followed: tuple[Followed, ...]) -> DeviceSt
 
 
 @dataclass(frozen=True, eq=False)
-class _Model:
-    """The law with the numbers of one record."""
+class RecordModel:
+    """The law with the numbers of one record; ``names`` are those that may differ."""
 
     fit: Fit
     record: Record
@@ -143,62 +146,69 @@ class _Model:
         lag = value.get("lag_s", 0.0)
         if lag and record.time_s is not None:
             path = np.interp(record.time_s - lag, record.time_s, path)
-        if value.get("play"):
+        if value.get(PLAY.name):
             low, high = fit.drive_range
-            path = _played(path, value["play"] * 0.5 * (high - low))
-        f = fit.f(path)
-        low, high = np.sort(fit.f(np.array(fit.drive_range)))
-        u = (f - 0.5 * (low + high)) / max(0.5 * (high - low), 1e-9)
+            path = _played(path, value[PLAY.name] * 0.5 * (high - low))
+        if value.get(DRAG.name) and record.time_s is not None:
+            path = _dragged(path, record.time_s, value[DRAG.name])
+        f, (low, high) = fit.f(path), self._ends
+        h = self._hysteresis(f, value, float(x[-1]))
+        u = (f + h - 0.5 * (low + high)) / max(0.5 * (high - low), 1e-9)
         out = value["zero_deg"] + value.get("gain", 1.0) * f + value.get("bow_deg", 0.0) * u**2
-        out = out + value.get("flatness_deg", 0.0) * (u**3 - u) - record.angle_deg
+        if value.get(SPEED.name) and record.time_s is not None:
+            out = out + value[SPEED.name] * np.gradient(record.drive, record.time_s)
+        return out + value.get("flatness_deg", 0.0) * (u**3 - u) + h - record.angle_deg
+
+    @cached_property
+    def _ends(self) -> tuple[float, float]:
+        low, high = np.sort(self.fit.f(np.array(self.fit.drive_range)))
+        return float(low), float(high)
+
+    def _hysteresis(self, f: Floats, value: dict[str, float], start: float) -> Floats:
+        fit = self.fit
         if not fit.point.sign:
-            return out
+            return np.zeros(f.size)
         q, size = fit.point.q.copy(), fit.form.base_law.size
         for i in range(fit.form.elements):
             q[size * i] += math.log(value.get("lost_after_reversal", 1.0))
             q[size * i + 1] += math.log(value.get("width", 1.0))
-        q[fit.form.state(0)] = x[-1]
-        return out + fit.form.hysteresis_along(f, np.array([fit.point.sign]), q[np.newaxis], 0)[0]
+        q[fit.form.state(0)] = start
+        return np.asarray(fit.form.hysteresis_along(f, np.array([fit.point.sign]), q[np.newaxis], 0)[0])
 
     def scales(self) -> Floats:
         """Typical changes of the numbers."""
         size = max(float(np.ptp(self.record.angle_deg)), 1e-6)
-        typical = {"zero_deg": 0.05 * size, "bow_deg": 0.05 * size, "flatness_deg": 0.05 * size, "lag_s": 0.05}
+        typical = {one.name: 0.05 * size for one in (ZERO, BOW, FLATNESS, SPEED)} | {LAG.name: 0.05, DRAG.name: 0.05}
         return np.array([*(typical.get(name, 0.2) for name in self.names), 0.2])
 
 
-def left_by(fit: Fit, records: Sequence[Record], number: Followed) -> float:
-    """Give the residual of records in which this number and the zero alone may differ: deg, rms.
-
-    A play is fitted from several sizes, since its error has more than one minimum.
-    """
-    squares = 0.0
-    for record in records:
-        model = _Model(fit, record, (ZERO.name, number.name))
-        starts = (0.02, 0.06, 0.15, 0.3) if number is PLAY else (number.unchanged,)
-        most = _longest_lag(record) if number is LAG and record.time_s is not None else math.inf
-        low, high = [-math.inf, max(number.low, -most), -1.0], [math.inf, min(number.high, most), 1.0]
-        found = [
-            least_squares(
-                model.residual, [0.0, start, 0.0], bounds=(low, high), x_scale=model.scales(), diff_step=_STEP
-            )
-            for start in starts
-        ]
-        squares += 2.0 * min(one.cost for one in found) / record.angle_deg.size
-    return math.sqrt(squares / len(records))
-
-
 def _played(drive: Floats, width: float) -> Floats:
-    """Output of a play of a width, from the middle of it, shape (m,)."""
+    """Output of a play of a width, shape (m,), taken up at first in the direction in which the drive sets out."""
     out = np.empty(drive.size)
-    at = float(drive[0])
+    moves = np.diff(drive)
+    moves = moves[moves != 0.0]
+    at = float(drive[0]) - (0.5 * width * float(np.sign(moves[0])) if moves.size else 0.0)
     for k, x in enumerate(drive.tolist()):
         at = min(max(at, x - 0.5 * width), x + 0.5 * width)
         out[k] = at
     return out
 
 
-def _longest_lag(record: Record) -> float:
+def _dragged(drive: Floats, time: Floats, constant_s: float) -> Floats:
+    """Output of tau y' = x - y, from rest, shape (m,), exactly for a drive that is straight between samples."""
+    out = np.empty(drive.size)
+    out[0] = at = float(drive[0])
+    for k in range(1, drive.size):
+        step = float(time[k] - time[k - 1])
+        slope = float(drive[k] - drive[k - 1]) / step if step > 0 else 0.0
+        behind = slope * constant_s
+        at = float(drive[k]) - behind + (at - float(drive[k - 1]) + behind) * math.exp(-max(step, 0.0) / constant_s)
+        out[k] = at
+    return out
+
+
+def longest_lag(record: Record) -> float:
+    """Give the longest lag that is fitted, s: a tenth of a stroke, at least three samples."""
     assert record.time_s is not None
     turns = np.flatnonzero(np.diff(np.sign(np.diff(record.drive))) != 0).size + 1
     steps = float(np.median(np.diff(record.time_s))) * _LEAST_STEPS

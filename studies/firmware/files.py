@@ -113,11 +113,15 @@ def _values(compensator: Compensator, law: LawInC) -> dict[str, str]:
 def recursion_settings(compensator: Compensator) -> RecursionSettings:
     """Choose the constants of re-identification: noise of the held-out error, scales and bounds of the fit's size."""
     fit, layer = compensator.fit, compensator.layer
-    size = float(np.ptp(compensator.angle_deg))
-    zero = 0.1 * size
+    return settings_of_size(float(np.ptp(compensator.angle_deg)), max(fit.noise_floor_deg, layer.heldout_rmse_deg))
+
+
+def settings_of_size(size_deg: float, noise_deg: float) -> RecursionSettings:
+    """Choose them for the range of f and the error that is left of a fit, deg."""
+    zero = 0.1 * size_deg
     return RecursionSettings(
-        noise_deg=max(fit.noise_floor_deg, layer.heldout_rmse_deg, 1e-4 * size),
-        spacing_deg=_SPACING * size,
+        noise_deg=max(noise_deg, 1e-4 * size_deg),
+        spacing_deg=_SPACING * size_deg,
         scale=(0.5 * zero, 0.15, 0.5),
         lowest=(-zero, 0.5, 0.25),
         highest=(zero, 2.0, 4.0),

@@ -18,15 +18,15 @@ _UNLIMITED = 1e30  # in place of an infinite limit; a state is of order 1
 _A_LINE = 100
 _SMOOTH = 1e-5  # of the f over which h saturates: the third power is below rounding
 _STRAIGHT = {
-    "growth": "", "width": "way->scale", "growing": "", "moving": "moving", "moves": "moves", "keeps_width": "",
-    "settled_width": "way->scale", "width_member": "",
+    "growth": "", "width": "way->scale", "moving": "moves", "moves": "of_last", "keeps_width": "",
+    "settled_width": "way->scale", "width_member": "", "bends": "",
 }  # fmt: skip
 _BENDING = {  # the thresholds change with f
-    "growth": ", growing = 0, growth = 0, width = way->scale * width_at(f, &PLACES[i], &growth)",
+    "growth": ", growth = 0, bend = 0, width = way->scale * width_at(f, &PLACES[i], &growth, &bend)",
     "width": "width",
-    "growing": "\n            growing += moves ? 0 : stop;",
-    "moving": "(moving + growth * growing)",
-    "moves": "(moves + (moves ? 0 : growth * stop))",
+    "moving": "(moves + growth * held)",
+    "moves": "(of_last + growth * (1 - of_last) * stop)",
+    "bends": "        slopes[1] += bend * (e->weight * held + e->more_of_last * (1 - of_last) * stop);\n",
     "keeps_width": "        way->width[i] = width;\n",
     "settled_width": "way->width[i]",
     "width_member": "    real width[ELEMENTS];\n",
@@ -100,8 +100,10 @@ def _flows(exponents: Sequence[float]) -> str:
     rows = []
     for n in exponents:
         work = workspace(n)
-        limits = listed([n, *(work[LIMITS][i] for i in (T_ABOVE, Y_ABOVE, U_TOP, Y_TOP, Y_OVER))])
-        rows.append(f"    {{\n{limits},\n    {{\n{listed(work[R])}\n    }},\n    {{\n{listed(work[Y])}\n    }}}}")
+        limits = [n, *(work[LIMITS][i] for i in (T_ABOVE, Y_ABOVE, U_TOP, Y_TOP, Y_OVER)), work[LIMITS][T_ABOVE] ** n]
+        rows.append(
+            f"    {{\n{listed(limits)},\n    {{\n{listed(work[R])}\n    }},\n    {{\n{listed(work[Y])}\n    }}}}"
+        )
     return f"static const struct flow FLOWS[{len(rows)}] = {{\n" + ",\n".join(rows) + "\n};"
 
 

@@ -8,9 +8,10 @@ import numpy as np
 
 from studies.follow.result import FollowedNumber, FollowReport
 from studies.report.charts import Chart, Line, Mark, Plate, Span, finite
-from studies.report.plots import draw
+from studies.report.plots import Drawn, draw
 from studies.report.templates import environment
 from validation.tracing import catalogue
+from validation.tracing.effect import Effect
 
 HERE = Path(__file__).parent
 CAPTION = (
@@ -21,17 +22,27 @@ CAPTION = (
 
 def follow_page(report: FollowReport) -> str:
     """Give the HTML page of a report."""
-    names = set(report.cause.effects) | set(report.cause.alike) if report.cause else set()
     return (
         environment(HERE)
         .get_template("follow.html")
         .render(
             f=report,
             made=report.made,
-            effects=[effect for effect in catalogue() if effect.name in names],
-            plates=[draw(plate_of(report))],
+            effects=effects_of(report),
+            plates=plates_of(report),
         )
     )
+
+
+def effects_of(report: FollowReport) -> tuple[Effect, ...]:
+    """Give the effects that are named, and those that are not distinguished from them."""
+    names = set(report.cause.effects) | set(report.cause.alike) if report.cause else set()
+    return tuple(effect for effect in catalogue() if effect.name in names)
+
+
+def plates_of(report: FollowReport) -> tuple[Drawn, ...]:
+    """Draw the charts of all numbers."""
+    return (draw(plate_of(report)),)
 
 
 def plate_of(report: FollowReport) -> Plate:

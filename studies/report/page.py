@@ -31,6 +31,8 @@ from studies.report.parts.comparisons import (
 )
 from studies.report.parts.designed import FILE as DESIGN
 from studies.report.parts.designed import DesignSection, designed_verdicts, read_designed
+from studies.report.parts.device import FILE as DEVICE
+from studies.report.parts.device import DeviceSection, device_verdict, read_device
 from studies.report.parts.fits import FitSection, read_fit, run_fit
 from studies.report.parts.followed import FollowedSection, followed_verdict, read_followed
 from studies.report.parts.page_one import PageOneSection, read_page_one_section
@@ -71,6 +73,7 @@ PARTS = (
     "pareto.json",
     REACH,
     DESIGN,
+    DEVICE,
     PAGE_ONE,
 )
 """Results that a page can be made from; any of them is enough."""
@@ -139,6 +142,7 @@ class Parts:
     study: StudySection | None
     front: Front | None
     design: DesignSection | None
+    device: DeviceSection | None
 
     @property
     def study_command(self) -> str:
@@ -260,6 +264,7 @@ def page_of(folder: Path) -> Page:
         study=read_study(folder),
         front=read_front(folder / "pareto.json"),
         design=read_designed(folder),
+        device=read_device(folder),
     )
     made, study, fits, front = _made(parts), parts.study, parts.fits, parts.front
     known = tuple(one for one in made if one is not None)
@@ -301,6 +306,8 @@ def _verdicts(parts: Parts) -> list[Verdict]:
         out.append(six_verdict(parts.six))
     out += [compensation_verdict(one) for one in parts.compensations]
     out += [followed_verdict(one) for one in parts.followed]
+    if parts.device is not None:
+        out.append(device_verdict(parts.device))
     if parts.study is not None:
         out += summary.study_verdicts(parts.study, parts.study_command)
     if parts.front is not None:
@@ -321,7 +328,7 @@ def _made(parts: Parts) -> list[Made | None]:
     out += [one.result.made for one in (parts.validation, parts.six) if one is not None]
     out += [one.result.made for one in parts.compensations] + [one.result.made for one in parts.followed]
     out += [] if parts.study is None else [parts.study.made]
-    return out + ([] if parts.design is None else [parts.design.result.made])
+    return out + [one.result.made for one in (parts.design, parts.device) if one is not None]
 
 
 def _title(folder: Path, parts: Parts) -> str:

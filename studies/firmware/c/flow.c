@@ -23,6 +23,7 @@ enum chart { FREE, ZERO, TOP };
 
 struct flow {                   /* of one exponent n */
     real n, t_above, y_above, u_top, y_top, y_over;     /* limits of the charts */
+    real most;                  /* largest argument of the series around zero */
     real around_zero[ORDER + 1], near_top[ORDER + 1];   /* coefficients of their series */
 };
 
@@ -56,12 +57,15 @@ static real series_and_slope(const real *c, real x, int order, real *slope)
 static int terms_near(real x, real limit)
 {
     real size = magnitude(x);
-    return size > R(0.06) * limit ? ORDER : size > R(3e-4) * limit ? 10 : 4;
+    if (size > R(0.25) * limit)
+        return ORDER;
+    return size > R(0.06) * limit ? 16 : size > R(3e-4) * limit ? 10 : 4;
 }
 
-static real path_from_zero(real y, real n, real kappa)
+/* The path from zero to y, with power = |y|^n. */
+static real path_from_zero(real y, real power_of_y, real n, real kappa)
 {
-    real x = POW(magnitude(y), n) * (y > 0 ? 1 : -kappa);
+    real x = power_of_y * (y > 0 ? 1 : -kappa);
     real total = 0, power = 1, k = 1;
     while (magnitude(power) > LAST_POWER) {
         total += power / k;
@@ -71,18 +75,19 @@ static real path_from_zero(real y, real n, real kappa)
     return y * total;
 }
 
-/* Invert the series near saturation by Newton's method. */
-static real place_near_top(real y, const struct flow *flow)
+/* Invert the series near saturation by Newton's method; *power becomes y^n. */
+static real place_near_top(real y, const struct flow *flow, real *power)
 {
-    real u = 1 - y;
+    real slope = -1, u = (1 - y) * (1 + flow->near_top[2] * (1 - y));
     int k;
     for (k = 0; k < 12; k++) {
-        real slope, found = series_and_slope(flow->near_top, u, terms_near(u, flow->u_top), &slope);
+        real found = series_and_slope(flow->near_top, u, terms_near(u, flow->u_top), &slope);
         real change = (found - y) / slope;
         u -= change;
         if (magnitude(change) <= NEWTON)
             break;
     }
+    *power = 1 + flow->n * u * slope;       /* dy/ds = -n u dy/du */
     return u;
 }
 
@@ -121,10 +126,10 @@ static real taylor(real w0, real power, real *step, real n, real g, int sign)
     return total;
 }
 
-/* Where y stands: in a chart with its place there, or between the charts. */
+/* Where y stands: in a chart with its place there, or between the charts; power = |y|^n. */
 struct place_of_y {
     enum chart chart;
-    real y, place;
+    real y, place, power;
 };
 
 static struct place_of_y located(real y, real kappa, real y_below, const struct flow *flow)
@@ -135,10 +140,13 @@ static struct place_of_y located(real y, real kappa, real y_below, const struct 
     found.chart = FREE;
     if (flow->y_top <= y && y <= flow->y_over) {
         found.chart = TOP;
-        found.place = place_near_top(y, flow);
-    } else if (-y_below <= y && y <= flow->y_above) {
+        found.place = place_near_top(y, flow, &found.power);
+        return found;
+    }
+    found.power = POW(magnitude(y), flow->n);
+    if (-y_below <= y && y <= flow->y_above) {
         found.chart = ZERO;
-        found.place = path_from_zero(y, flow->n, kappa);
+        found.place = path_from_zero(y, found.power, flow->n, kappa);
     }
     return found;
 }
@@ -150,15 +158,20 @@ static real advance(const struct place_of_y *from, real s, real kappa, real y_be
     struct place_of_y at = *from;
     real n = flow->n;
     for (;;) {
+        if (!(s > 0)) {
+            *power = at.power;
+            return at.y;
+        }
         if (at.chart == TOP) {
-            real rise, u = s > 0 ? at.place * EXP(-n * s) : at.place;
+            real rise, u = at.place * EXP(-n * s);
             real y = series_and_slope(flow->near_top, u, terms_near(u, flow->u_top), &rise);
             *power = 1 + n * u * rise;
-            return magnitude(at.place) < SATURATED && s > 0 ? 1 : y;
+            return magnitude(at.place) < SATURATED ? 1 : y;
         }
         if (at.chart == ZERO && at.place + s <= flow->t_above) {
             real place = at.place + s, size = POW(magnitude(place), n), y;
-            y = place * series(flow->around_zero, place > 0 ? size : -kappa * size, ORDER);
+            size *= place > 0 ? 1 : -kappa;
+            y = place * series(flow->around_zero, size, terms_near(size, flow->most));
             *power = POW(magnitude(y), n);
             return y;
         }
@@ -169,12 +182,9 @@ static real advance(const struct place_of_y *from, real s, real kappa, real y_be
             /* |y| at most halves below 0, so that no step crosses it; above 0 no term may overflow a float. */
             real size = magnitude(at.y), most, step;
             int sign = at.y > 0 ? 1 : -1;
-            *power = POW(size, n);
-            if (!(s > 0))
-                return at.y;
-            most = at.y < 0 ? R(0.5) * size / (1 + kappa * *power) : at.y > 1 ? size / (n * *power) : 1;
+            most = at.y < 0 ? R(0.5) * size / (1 + kappa * at.power) : at.y > 1 ? size / (n * at.power) : 1;
             step = smaller(s, most);
-            at.y = sign * taylor(size, *power, &step, n, at.y > 0 ? 1 : -kappa, sign);
+            at.y = sign * taylor(size, at.power, &step, n, at.y > 0 ? 1 : -kappa, sign);
             s -= step;
         }
         at = located(at.y, kappa, y_below, flow);

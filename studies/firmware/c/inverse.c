@@ -38,6 +38,7 @@ static real path_to(const notchbend_state *state, real target, struct way *way, 
 #endif
     for (k = 0; k < 100; k++) {
         real slopes[2] = {0, 0}, slope, below, next, change;
+        int close;
         real h = arrive(way, at, *computed = at + *direction * x, *direction, slopes);
         if (x > 0)
             over = *direction * (angle_at(state, *computed, h) - target);
@@ -50,14 +51,16 @@ static real path_to(const notchbend_state *state, real target, struct way *way, 
         slope = state->gain + slopes[0];
         below = slope * slope - R(0.5) * over * *direction * slopes[1];
         next = slope > 0 && below > R(0.5) * slope * slope ? x - over * slope / below : x - over / slope;
+        /* one more change of x needs no look at h */
+        close = magnitude(over) <= CLOSE * SATURATION && slope > R(0.1) && next >= low && next <= high;
         if (k == 0 && !(slope > R(0.1)))
             next = high;            /* h first moves against f */
-        else if (!(slope > 0 && next >= low && next <= high && magnitude(over) <= R(0.5) * magnitude(last)))
+        else if (!close && !(slope > 0 && next >= low && next <= high && magnitude(over) <= R(0.5) * magnitude(last)))
             next = R(0.5) * (low + high);
         last = over;
         change = magnitude(next - x);
         x = next;
-        if (change <= tolerance || change <= SMOOTH || high - low <= tolerance)
+        if (change <= tolerance || change <= SMOOTH || close || high - low <= tolerance)
             break;
     }
     return at + *direction * x;

@@ -34,28 +34,31 @@ static void depart(struct way *way, const real *memory, real at, int direction, 
 static real arrive(struct way *way, real at, real f, int direction, real *slopes)
 {
     const real nudge = 8 * ROUNDING * direction * magnitude(f);     /* a stop at its limit is one that no longer moves */
+    const real *plays = way->memory;
     real sum = 0;
     int i, k;
     (void)at;
-    for (i = 0; i < ELEMENTS; i++) {
+    for (i = 0; i < ELEMENTS; i++, plays += STOPS) {
         const struct element *e = &LAW[i];
-        const real *plays = &way->memory[i * STOPS];
-        real total = 0, stop = 0${growth};
-        int moving = 0, moves = 0;
+        real moving = 0, held = 0, stop = 0, of_last = 1${growth};
+        int moves = 0;
         for (k = 0; k < STOPS; k++) {
             const real limit = ${width} * e->thresholds[k];
-            real ahead;
-            stop = f - plays[k];
-            ahead = stop + nudge;
-            moves = ahead < limit && ahead > -limit;
-            stop = stop < limit ? stop : limit;
-            stop = stop > -limit ? stop : -limit;
-            moving += moves;
-            total += stop;${growing}
+            stop = f + nudge - plays[k];
+            if (stop >= limit) {
+                held += stop = limit;
+            } else if (stop <= -limit) {
+                held += stop = -limit;
+            } else {
+                moving += stop;
+                moves++;
+                continue;
+            }
+            of_last = k < STOPS - 1;
         }
-        sum += e->weight * total + e->more_of_last * stop;
+        sum += e->weight * (moving - nudge * moves + held) + e->more_of_last * (stop - nudge * of_last);
         slopes[0] += e->weight * ${moving} + e->more_of_last * ${moves};
-${keeps_width}    }
+${bends}${keeps_width}    }
     way->h = sum;
     way->slope = slopes[0];
     return sum;
@@ -64,14 +67,16 @@ ${keeps_width}    }
 /* Make the memory that of f, where h was last computed or nearer than counts; gives h. */
 static real settle(const struct way *way, real last, real f, int direction, real *memory)
 {
+    real *play = memory;
     int i, k;
     (void)direction;
     for (i = 0; i < ELEMENTS; i++) {
-        for (k = 0; k < STOPS; k++) {
+        for (k = 0; k < STOPS; k++, play++) {
             const real limit = ${settled_width} * LAW[i].thresholds[k];
-            real *play = &memory[i * STOPS + k];
-            *play = *play > f - limit ? *play : f - limit;
-            *play = *play < f + limit ? *play : f + limit;
+            if (*play < f - limit)
+                *play = f - limit;
+            else if (*play > f + limit)
+                *play = f + limit;
         }
     }
     return way->h + way->slope * (f - last);

@@ -9,7 +9,8 @@ import pytest
 
 import notchbend as nb
 from hysteresis import identify
-from hysteresis.drift.states import BOW, GAIN, LAG, PLAY, WIDTH, ZERO, left_by, states_of
+from hysteresis.drift.explained import left_by
+from hysteresis.drift.states import BOW, GAIN, LAG, PLAY, WIDTH, ZERO, states_of
 from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.laws.bouc_wen import BoucWen
 from hysteresis.own import is_own
@@ -17,7 +18,7 @@ from hysteresis.records.record import Record, RecordError
 from hysteresis.records.record_file import write_record
 from studies.commands.cli import call
 from studies.follow import FollowSettings, follow_loaded
-from studies.follow.cause import Shift, cause_of
+from studies.follow.cause import Shift, cause_of, explanations
 from studies.follow.command import limits_of
 from studies.follow.times import in_order, read_times
 
@@ -59,9 +60,35 @@ def test_tension_and_lag_are_followed_where_they_were_recorded(fit):
 
 
 def test_one_number_tells_causes_apart(fit):
-    wide, late = [device(width=1.5)], [device(lag_s=0.2)]
-    assert left_by(fit, wide, WIDTH) < min(left_by(fit, wide, one) for one in (GAIN, LAG, PLAY))
-    assert left_by(fit, late, LAG) < min(left_by(fit, late, one) for one in (GAIN, WIDTH, BOW))
+    steady = [device(seed=k) for k in range(5)]
+    for changed, number in ((device(width=1.5, seed=9), WIDTH), (device(lag_s=0.2, seed=9), LAG)):
+        found = left_by(fit, steady, [changed], [GAIN, LAG, PLAY, BOW, WIDTH])
+        assert min(found, key=lambda name: found[name].left) == number.name
+        assert found[number.name].left <= found[number.name].limit < found["gain"].left
+
+
+def pulled(record: Record, half_N=6.0, gain=1.0) -> Record:
+    """Add tensions that follow the drive with friction; ``gain`` is that of the drive before the wheel."""
+    law = BoucWen(A=0.5, beta=0.2, gamma=0.2, n=1.0, h0_deg=0.0)
+    half = half_N * gain * record.drive + law.along(2 * gain * record.drive)
+    noise = np.random.default_rng(5).normal(0, 0.02, (2, half.size))
+    return replace(record, tension_a_N=20 + half + noise[0], tension_b_N=20 - half + noise[1])
+
+
+def test_tensions_tell_a_camera_from_a_load(fit):
+    """A bow of the angle without a change of tension is in the sensor."""
+    steady = [pulled(device(seed=k)) for k in range(5)]
+    turned = [replace(one, angle_deg=one.angle_deg + 0.002 * one.angle_deg**2) for one in steady]
+    told = explanations(fit, steady, turned[:2])
+    assert told[0].effect == "camera_misalignment"
+    assert told[0].share > 0.9
+
+
+def test_slack_is_a_preload_that_is_gone(fit):
+    loose = replace(device(), tension_a_N=np.zeros(169), tension_b_N=np.zeros(169))
+    fallen = [Shift("tension_N", -50.0, True)]
+    assert cause_of(fit, fallen, [], [loose]).effects == ("tendon_slack",)
+    assert cause_of(fit, fallen, [], [pulled(device())]).effects == ("preload_loss",)
 
 
 @pytest.mark.parametrize(
@@ -135,6 +162,14 @@ def test_command_writes_json_and_page(tmp_path, monkeypatch, capsys):
     assert stored["axis"] == {"name": "uses", "values": [0.0, 10.0, 20.0, 30.0, 40.0, 50.0]}
     assert shown["records"] == stored["records"] == names
     assert all(is_own(tmp_path / "out" / name) for name in ("follow.json", "report.html"))
+    assert call(["report", "out"]) == 0
+    page = (tmp_path / "out/report.html").read_text()
+    assert '<h2 id="device">' in page
+    assert stored["words"][0] in page
+    for name, values in (("axis", stored["axis"] | {"values": [1.0]}), ("words", [])):
+        (tmp_path / "out/follow.json").write_text(json.dumps(stored | {name: values}))
+        assert call(["report", "out"]) == 2
+    capsys.readouterr()
     assert call([*words, "--limit", "bend=1"]) == 2
     assert "--limit bend: not followed in these records: expected one of zero_deg" in capsys.readouterr().err
 

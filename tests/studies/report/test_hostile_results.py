@@ -79,7 +79,8 @@ def test_a_spoiled_result_is_refused(file, keys, value, said, folder):
 @pytest.mark.parametrize(
     "name",
     ["run.json", "trace.json", "validate.json", "pareto.json", "wrist.json", "workspace.json", "identify.json",
-     "separate.json", "drives-compensate.json", "six-stiffnesses.json"],
+     "separate.json", "drives-compensate.json", "six-stiffnesses.json",
+     "follow.json"],
 )  # fmt: skip
 def test_a_result_that_is_no_object_is_refused(name, text, tmp_path):
     (tmp_path / name).write_text(text)
