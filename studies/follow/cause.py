@@ -171,7 +171,7 @@ def explanations(fit: Fit, reference: Sequence[Record], records: Sequence[Record
     if pulled[0] and pulled[1]:
         law = identify(pulled[0][0], settings=IdentifySettings(law=fit.form.base_law.name))
         if law.delay_s == 0:
-            tension = left_by(law, *pulled, _once([pair[1] for pair in effects.values()]))
+            tension = left_by(law, pulled[0], pulled[1], _once([pair[1] for pair in effects.values()]))
     found = []
     for effect, (of_angle, of_tension) in effects.items():
         channels = [angle[of_angle.name], *([tension[of_tension.name]] if tension else [])]

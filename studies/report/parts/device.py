@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -53,7 +54,7 @@ def _require_rows(path: Path, found: FollowReport) -> None:
     count = len(found.records)
     if not found.words or not found.parameters:
         raise RecordError(f"{path}: words, parameters: empty: expected those of a device")
-    rows = [("axis.values", found.axis.values)]
+    rows: list[tuple[str, Sequence[float | None]]] = [("axis.values", found.axis.values)]
     rows += [(f"parameters.{one.name}", row) for one in found.parameters for row in (one.values, one.low, one.high)]
     rows += [(f"parameters.{one.name}.average", one.average) for one in found.parameters]
     for name, row in rows:
