@@ -37,6 +37,7 @@ def good(tmp_path_factory):
     return {
         "simulate": {"rig": rig, "program": program, "engine": "chain"},
         "identify": {"records": record, "settings": QUICK, "use_rig": True, "progress": False},
+        "identify_each": {"records": [record], "settings": QUICK, "use_rig": True, "workers": 1, "progress": False},
         "trace": {"records": record, "reference": (), "threads": 1},
         "separate": {"what": rig, "amplitude_mm": 0.5, "engine": "chain", "seed": 0, "members": ()},
         "compensate": {"model": nb.identify(record, settings=QUICK), "reference_deg": [0.0, 3.0, 1.0],

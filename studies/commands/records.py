@@ -233,9 +233,14 @@ def trace(
     ] = None,
     threads: Annotated[int, typer.Option("--threads", min=1, help="Threads for runs and derivatives.")] = 2,
     alpha: Annotated[
-        float,
-        typer.Option("--alpha", min=0.001, max=0.5, help="How often the test may claim an effect that is not there."),
-    ] = 0.05,
+        float | None,
+        typer.Option(
+            "--alpha",
+            min=0.001,
+            max=0.5,
+            help="Let the test decide; how often it may claim an effect that is not there. By default rules decide.",
+        ),
+    ] = None,
     replacing: Overwrite,
     common: Common,
 ) -> None:

@@ -26,7 +26,7 @@ from validation.tracing import catalogue, trace_records
 from validation.tracing.baseline.in_space import SpaceProblem
 from validation.tracing.effect import acting
 from validation.tracing.figures import figures
-from validation.tracing.inference import ALPHA, learnt_prior, times_needed
+from validation.tracing.inference import decide, learnt_prior, times_needed
 from validation.tracing.next_experiment import Experiment, next_experiment
 from validation.tracing.outcome import Trace
 from validation.tracing.result import DetectionLimit, FigureFile, NextProgram, TraceReport, in_words, trace_report
@@ -63,7 +63,7 @@ def trace_files(
     reference: Sequence[Path] = (),
     seed: int = 0,
     threads: int = 2,
-    alpha: float = ALPHA,
+    alpha: float | None = None,
     progress: bool = False,
 ) -> Traced:
     """Read records and trace them (:func:`trace_loaded`).
@@ -114,7 +114,7 @@ def trace_loaded(
     reference: Sequence[Record] = (),
     seed: int = 0,
     threads: int = 2,
-    alpha: float = ALPHA,
+    alpha: float | None = None,
     stage: Stages = UNSEEN,
 ) -> Traced:
     """Trace records, propose the next experiment, and run the multibody model for a second opinion.
@@ -130,7 +130,8 @@ def trace_loaded(
     threads
         For runs and derivatives; see :func:`validation.tracing.trace_records`.
     alpha
-        Probability with which the test may claim an effect that is not there.
+        Probability with which the test may claim an effect that is not there; by default rules decide, and the test
+        stands beside them, at 0.05.
     stage
         Told what is being computed, in five stages; the first one counts fits (:data:`FITS`).
     """
@@ -138,6 +139,9 @@ def trace_loaded(
         _require_moving(record)
     start, failed = time.perf_counter(), list[str]()
     trace = trace_records(records, reference=reference, threads=threads, progress=stage.count, alpha=alpha, seed=seed)
+    if alpha is None:
+        beside = attempt("no test", lambda: decide(trace, seed=seed, threads=threads, race=False), None, failed)
+        trace = replace(trace, decision=beside)
     stage.begin("detection limits")
     limits = attempt("no detection limits", lambda: limits_of(trace), [], failed)
     stage.begin("the next experiment")
@@ -185,7 +189,7 @@ def limits_of(trace: Trace) -> list[DetectionLimit]:
         return []
     effects, prior = acting(catalogue(), in_space=_is_in_space(trace)), learnt_prior(trace)
     needed = None
-    if trace.decision is not None and prior is not None:
+    if trace.decision is not None and trace.decision.decides and prior is not None:
         needed = times_needed(trace.augmented, effects, prior, trace.decision.alpha)
     return detection_limits(trace.augmented, effects, trace.floor.deg, needed)
 

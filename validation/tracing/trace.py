@@ -57,7 +57,7 @@ from validation.tracing.fitting.holdout import divide_records
 from validation.tracing.fitting.noise import sensor_noise_deg
 from validation.tracing.fitting.smooth import smooth_functions
 from validation.tracing.inference.decided import decided
-from validation.tracing.inference.decision import ALPHA, decide
+from validation.tracing.inference.decision import decide
 from validation.tracing.outcome import Trace, turns_are_alike
 from validation.tracing.search import Search, best_of_other_loops, refit_without_heldout, select_effects
 from validation.tracing.search.refine import refined
@@ -119,7 +119,7 @@ def trace_records(
     threads: int = 2,
     progress: Callable[[str, int, int], None] | None = None,
     effects: Sequence[Effect] | None = None,
-    alpha: float | None = ALPHA,
+    alpha: float | None = None,
     seed: int = 0,
 ) -> Trace:
     """Trace the residual of the records of one rig.
@@ -138,7 +138,7 @@ def trace_records(
         Effects that are tried; by default the whole catalogue.
     alpha, seed
         Probability with which the verdict may claim an effect that is not there, where the kind of baseline has a test
-        (:func:`validation.tracing.inference.decide`), 0.05 by default, and of its draws; None for a verdict by rules.
+        (:func:`validation.tracing.inference.decide`), and of its draws. By default, None, rules decide.
 
     Raises
     ------

@@ -151,7 +151,7 @@ def test_path_is_that_of_explicit_ring_edges(rig, share):
 
 
 def test_path_beyond_closure_is_refused():
-    with pytest.raises(ValueError, match=r"theta = 400 deg: expected within \+-316\.\d+ deg, where the notches"):
+    with pytest.raises(ValueError, match=r"theta = 400 deg: expected within \+-318\.\d+ deg, where the notches"):
         path_shortening_mm(V, np.radians(400.0), 2.62)
 
 

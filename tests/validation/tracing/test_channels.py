@@ -194,11 +194,13 @@ def test_an_effect_of_the_angle_s_sensor_is_named_beside_tensions_with_noise(noi
 def test_a_detection_limit_of_the_angle_s_sensor_holds_beside_tensions():
     """A record with a third more than the limit has the effect named, one with a third of it has not."""
     tried = [e for e in catalogue() if e.name == "thermal_drift"]
-    clean = trace_records([drifting(0.0, 0.05)], threads=1, effects=tried)
+    clean = trace_records([drifting(0.0, 0.05)], threads=1, effects=tried, alpha=ALPHA)
     assert clean.verdict == "none"
     needed = times_needed(clean.augmented, tried, learnt_prior(clean), ALPHA)
     (limit,) = detection_limits(clean.augmented, tried, clean.floor.deg, needed)
-    above, below = (trace_records([drifting(k * limit.size, 0.05)], threads=1, effects=tried) for k in (1.35, 0.35))
+    above, below = (
+        trace_records([drifting(k * limit.size, 0.05)], threads=1, effects=tried, alpha=ALPHA) for k in (1.35, 0.35)
+    )
     assert above.names == ("thermal_drift",)
     assert not below.names
 

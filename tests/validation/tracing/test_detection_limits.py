@@ -23,7 +23,7 @@ def test_a_third_above_the_limit_is_named_and_a_third_of_it_is_not(number, rig):
     """
     case = draw_case("work", "known", "clean", number)
     assert case.truth.rig == rig
-    clean = trace_records(case.records, threads=1, effects=DRIFT)
+    clean = trace_records(case.records, threads=1, effects=DRIFT, alpha=ALPHA)
     assert clean.verdict == "none"
     needed = times_needed(clean.augmented, DRIFT, learnt_prior(clean), ALPHA)
     (limit,) = detection_limits(clean.augmented, DRIFT, clean.floor.deg, needed)
@@ -31,5 +31,7 @@ def test_a_third_above_the_limit_is_named_and_a_third_of_it_is_not(number, rig):
     def drifting(rate):
         return [replace(r, angle_deg=r.angle_deg + rate * (r.time_s - r.time_s[0])) for r in case.records]
 
-    above, below = (trace_records(drifting(k * limit.size), threads=1, effects=DRIFT).names for k in (4 / 3, 1 / 3))
+    above, below = (
+        trace_records(drifting(k * limit.size), threads=1, effects=DRIFT, alpha=ALPHA).names for k in (4 / 3, 1 / 3)
+    )
     assert (above, below) == (("thermal_drift",), ())

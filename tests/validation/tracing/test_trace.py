@@ -352,7 +352,7 @@ def test_a_baseline_without_a_solution_at_the_augmented_parameters_is_kept(monke
         raise SolverError("no equilibrium")
 
     monkeypatch.setattr("validation.tracing.inference.decision.fit", never)
-    after = trace_records(records, effects=gravity)
+    after = trace_records(records, effects=gravity, alpha=0.05)
     assert len(calls) == 1
     assert after.augmented.names == before.augmented.names == ("gravity",)
     assert np.array_equal(after.augmented.x, before.augmented.x)

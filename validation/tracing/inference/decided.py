@@ -28,7 +28,7 @@ def decided(trace: Trace, decision: Decision) -> Trace:
         candidates=(*compared, *others),
         confusable=decision.confusable if named else (),
         words=(_chance(decision), *_reasons(trace, decision)),
-        decision=decision,
+        decision=replace(decision, decides=True),
     )
 
 

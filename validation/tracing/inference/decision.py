@@ -85,6 +85,8 @@ class Decision:
         Whether that is more than clean rigs leave.
     statistics, critical
         T of each first effect, and its values that chance reaches in 0.01, 0.05 and 0.2 of the draws.
+    decides
+        Whether the verdict of the trace is this one.
     """
 
     alpha: float
@@ -99,6 +101,7 @@ class Decision:
     leaves_more: bool
     statistics: Mapping[str, float]
     critical: Mapping[float, float]
+    decides: bool = False
 
     @property
     def claimed(self) -> bool:
@@ -155,6 +158,7 @@ class _Asked:
     threads: int
     simulations: int
     most_effects: int
+    race: bool
     report: Progress
 
 
@@ -165,14 +169,15 @@ def decide(
     alpha: float = ALPHA,
     seed: int = 0,
     threads: int = 1,
-    simulations: int = SIMULATIONS,
     most_effects: int = MOST_EFFECTS,
+    race: bool = True,
     report: Progress | None = None,
 ) -> Decision | None:
     """Decide what the records of a trace show beside its baseline.
 
     ``effects`` are those that are tried, by default the whole catalogue; ``report`` is called before every one that is
-    fitted. A further effect is looked for as long as more is left than clean rigs leave, and named where that ends it.
+    fitted. Without a ``race`` the fits of the trace's search are compared, those with one effect: in a second or two. A
+    further effect is looked for as long as more is left than clean rigs leave, and named where that ends it.
     None where the discrepancy of clean rigs has not been learnt for the kind of baseline, where records are compared
     with a reference, or where folds hold out every sample in turn.
     """
@@ -181,10 +186,11 @@ def decide(
         return None
     tried = acting(catalogue() if effects is None else effects, in_space=False)
     told = report or (lambda words, ahead: None)
-    asked = _Asked(trace, prior, tried, alpha, seed, threads, simulations, most_effects, told)
+    most = most_effects if race else 1
+    asked = _Asked(trace, prior, tried, alpha, seed, threads, SIMULATIONS, most, race, told)
     with threadpool_limits(1, user_api="blas"):
         first = _stage(asked, trace.baseline)
-        better = _better_baseline(asked, first)
+        better = _better_baseline(asked, first) if race else None
         if better is not None:
             asked = replace(asked, trace=without_effects(POLICIES[trace.model], better))
             first = _stage(asked, better, [one.fitted for one in first.found])
@@ -260,7 +266,10 @@ def _stage(asked: _Asked, base: Fitted, known: Sequence[Fitted] = ()) -> _Stage:
     grid, chance = _tested(asked, base, shapes, min(EARLY_SIMULATIONS, asked.simulations))
     fits, shown = list[Fitted](), list[Fitted]()
     most = LIKE_CHANCE if _is_more(asked, _left_beside(asked, grid, chance)) else NO_CLAIM * asked.alpha
-    if chance.p <= most:
+    if not asked.race:
+        fits = [one for one in _searched(asked.trace, base) if not implausible(one)]
+        grid, chance = _tested(asked, base, with_fits(shapes, base, fits), asked.simulations)
+    elif chance.p <= most:
         names = {one.effect for one in shapes}
         effects = [effect for effect in asked.effects if effect.name in names]
         every = raced(base, effects, asked.threads, asked.report, known)
@@ -271,6 +280,12 @@ def _stage(asked: _Asked, base: Fitted, known: Sequence[Fitted] = ()) -> _Stage:
         chance = chance_of(grid, seed=asked.seed, simulations=asked.simulations)
     found = front_runners_of(grid, fits, seed=asked.seed, simulations=asked.simulations)
     return _Stage(grid, chance, found, shown)
+
+
+def _searched(trace: Trace, base: Fitted) -> list[Fitted]:
+    """Fits of the search with one more effect than those of a model."""
+    every = [one.fitted for one in trace.candidates]
+    return [one for one in every if {*base.names} < {*one.names} and len(one.names) == len(base.names) + 1]
 
 
 def _in_set(found: Sequence[FrontRunner], alpha: float) -> list[FrontRunner]:
