@@ -199,9 +199,10 @@ def simulate(
 
 
 def _law_of_metal(chosen: Rig, load: LoadProgram, engine: EngineName, rig: RigChoice) -> LawOfMetal:
-    """Choose the law of the metal; the analytic model is linear whatever it is."""
-    found = law_of_metal(chosen, float(load.drive_mm.min()), float(load.drive_mm.max()), rig.rig)
-    return LawOfMetal(chosen) if engine == "analytic" else found
+    """Choose the law of the metal of a rig file: a preset states its own, and the analytic model is linear."""
+    if rig.rig is None or engine == "analytic":
+        return LawOfMetal(chosen)
+    return law_of_metal(chosen, float(load.drive_mm.min()), float(load.drive_mm.max()), rig.rig)
 
 
 def _only_times(rig: Rig, load: LoadProgram, engine: EngineName, dynamic: bool) -> list[str]:

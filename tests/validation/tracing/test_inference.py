@@ -288,7 +288,7 @@ def test_scales_of_effects_are_as_large_as_in_clean_rigs():
 
 
 def decision_of(label, number):
-    return trace_records(draw_case("work", "known", label, number).records).decision
+    return trace_records(draw_case("work", "known", label, number).records, alpha=0.05).decision
 
 
 @pytest.mark.slow

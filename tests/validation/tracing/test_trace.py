@@ -19,6 +19,7 @@ from studies.bench_record import SHIPPED
 from validation.practice import draw_case
 from validation.tracing.baseline.known_rig import known_rig_problem
 from validation.tracing.effect import catalogue
+from validation.tracing.fitting import fit
 from validation.tracing.fitting.noise import NoiseFloor
 from validation.tracing.outcome import Trace
 from validation.tracing.result import in_words, trace_report
@@ -342,18 +343,22 @@ def test_an_effect_is_not_named_for_an_optimum_that_the_baseline_missed():
     assert trace.baseline.model.values(trace.baseline.x)[0]["loop_angle_deg"] == pytest.approx(4.0, rel=0.05)
 
 
-def test_a_baseline_without_a_solution_at_the_augmented_parameters_is_kept(monkeypatch):
+@pytest.mark.parametrize(("alpha", "module", "fits"), [(None, "trace", 2), (0.05, "inference.decision", 1)])
+def test_a_baseline_without_a_solution_at_the_augmented_parameters_is_kept(monkeypatch, alpha, module, fits):
     """Without its effect a rig may have no equilibrium at those parameters: the trace stays as it is."""
-    records, gravity, before = traced_to_gravity()
+    records, gravity, _ = traced_to_gravity()
+    before = trace_records(records, effects=gravity, alpha=alpha)
     calls = []
 
-    def never(*given, **more):
+    def all_but_the_last(*given, **more):
         calls.append(given)
-        raise SolverError("no equilibrium")
+        if len(calls) == fits:
+            raise SolverError("no equilibrium")
+        return fit(*given, **more)
 
-    monkeypatch.setattr("validation.tracing.inference.decision.fit", never)
-    after = trace_records(records, effects=gravity, alpha=0.05)
-    assert len(calls) == 1
+    monkeypatch.setattr(f"validation.tracing.{module}.fit", all_but_the_last)
+    after = trace_records(records, effects=gravity, alpha=alpha)
+    assert len(calls) == fits
     assert after.augmented.names == before.augmented.names == ("gravity",)
     assert np.array_equal(after.augmented.x, before.augmented.x)
 
