@@ -192,7 +192,7 @@ def separate(
 ) -> None:
     """Divide the loop into friction, tendon elasticity and material, by switching each of them in the model."""
     from studies.commands.separation import STEPS_OF_RECORDS, STEPS_OF_RIG, separate_records, separate_rig, summary
-    from studies.own_rig.metal import law_of_metal
+    from studies.own_rig.metal import LawOfMetal, law_of_metal
 
     target = out / "separate.json"
     replacing.allow([target])
@@ -207,7 +207,8 @@ def separate(
             require(size > 0, "--amplitude", size, "above 0")
             members = over.members(rig)
             chosen = rig.read()
-            metal = law_of_metal(chosen, 0.0 if chosen.tendon_b is None else -size, size, rig.rig)
+            low_mm = 0.0 if chosen.tendon_b is None else -size
+            metal = LawOfMetal(chosen) if rig.rig is None else law_of_metal(chosen, low_mm, size, rig.rig)
             result = separate_rig(metal.rig, size, engine=engine, seed=common.seed, members=members, report=step)
             result = replace(result, warnings=(*result.warnings, *filter(None, [metal.words])))
     result = replace(result, made=made)

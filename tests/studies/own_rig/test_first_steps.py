@@ -142,7 +142,7 @@ def test_the_design_report_has_both_preloads_both_records_and_what_to_do(day):
     loop = stored["loops"][1]
     amplitude, first = loop["fatigue_amplitude_mm"], loop["strain_limits"][0]["passed_at_mm"]
     # a fibre that goes from -x to x alternates by twice as much as one that has come from rest to x
-    assert amplitude == pytest.approx(first / 2, rel=0.1)
+    assert first / 2 < amplitude < 1.3 * first / 2  # the thrust's strain is passed at once, and is no amplitude
     assert f"fatigue at 10^7 cycles (0.4 % alternating) is passed in cycles of more than ±{amplitude:.2f} mm" in todo
     assert "a tendon of mine-10N goes slack" in todo
     assert "Measure next" in todo
