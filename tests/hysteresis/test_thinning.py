@@ -1,4 +1,4 @@
-"""Long records: what is left out repeats, and what differs stays."""
+"""Long records: cycles that repeat are left out, others are kept."""
 
 from dataclasses import replace
 

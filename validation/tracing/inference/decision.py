@@ -198,7 +198,7 @@ def decide(
 
 
 def _decided(asked: _Asked, first: _Stage) -> Decision:
-    """Look for further effects after the first, and judge what is left."""
+    """Look for further effects after the first, and judge the residual."""
     baseline, alpha = asked.trace.baseline, asked.alpha
     last, best, left = found = first, baseline, _left_of(asked, first, None)
     while len(best.names) < asked.most_effects:
