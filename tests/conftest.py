@@ -1,5 +1,6 @@
 """Shared fixtures."""
 
+import gc
 import os
 from pathlib import Path
 
@@ -22,6 +23,14 @@ LONG = ("validation/tracing", "studies/report", "studies/commands")
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Run long tests first: at the end one worker would wait for the other's."""
     items.sort(key=lambda item: not any(folder in item.nodeid for folder in LONG))
+
+
+def pytest_collection_finish() -> None:
+    """Leave what is imported and collected out of Python's search for cycles: it stays to the end.
+
+    A full search through it takes half a second, and tests start many.
+    """
+    gc.freeze()
 
 
 @pytest.fixture(scope="session")

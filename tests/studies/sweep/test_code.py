@@ -14,6 +14,8 @@ from studies.sweep import code
 
 PACKAGES = ("hysteresis", "fem_models", "validation", "studies")
 START = "studies.sweep.cases"
+BLOCKS = (ast.stmt, ast.excepthandler, ast.match_case)
+"""What an import can stand in: no expression is walked through."""
 
 
 def file_of(module: str) -> Path | None:
@@ -37,7 +39,7 @@ def imported(path: Path) -> Iterator[str]:
             assert node.level == 0  # imports are absolute in this project
             yield node.module
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
-        waiting += ast.iter_child_nodes(node)
+        waiting += (one for one in ast.iter_child_nodes(node) if isinstance(one, BLOCKS))
 
 
 def reached(start: str) -> set[Path]:
@@ -69,6 +71,12 @@ def copy(tmp_path_factory):
     return root
 
 
+@pytest.fixture(scope="module")
+def before(copy):
+    """The code of the copy as it was; every test leaves it so."""
+    return code.digest(copy)
+
+
 def test_imports_are_followed():
     """Modules that a case is computed by, near and far: imported at the top, in a function, by a package's own file."""
     names = {path.as_posix() for path in REACHED}
@@ -78,8 +86,7 @@ def test_imports_are_followed():
 
 
 @pytest.mark.parametrize("path", REACHED, ids=str)
-def test_a_change_of_any_file_that_evaluates_a_case_changes_the_code(path, copy):
-    before = code.digest(copy)
+def test_a_change_of_any_file_that_evaluates_a_case_changes_the_code(path, copy, before):
     file = copy / path
     content = file.read_bytes()
     try:
@@ -87,16 +94,14 @@ def test_a_change_of_any_file_that_evaluates_a_case_changes_the_code(path, copy)
         assert code.digest(copy) != before
     finally:
         file.write_bytes(content)
-    assert code.digest(copy) == before
 
 
 @pytest.mark.parametrize(
     "folder", ["fem_models/view", "studies/report", "studies/app", "studies/commands", "validation/tracing"]
 )
-def test_a_change_of_a_drawing_or_a_report_does_not(folder, copy):
+def test_a_change_of_a_drawing_or_a_report_does_not(folder, copy, before):
     files = sorted((copy / folder).rglob("*.py"))
     assert files
-    before = code.digest(copy)
     for file in files:
         content = file.read_bytes()
         file.write_bytes(content + b"\n")

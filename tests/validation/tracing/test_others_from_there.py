@@ -6,11 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from validation.practice import draw_case
-from validation.tracing.baseline.known_rig import known_rig_problem
 from validation.tracing.effect import catalogue
 from validation.tracing.fitting import Fitted, Model, fit
-from validation.tracing.fitting.holdout import divide_records
 from validation.tracing.fitting.smooth import smooth_functions
 from validation.tracing.problem import AddedEffect
 from validation.tracing.search import stepwise
@@ -24,17 +21,13 @@ SLACK, PLAY = "tendon_slack", "preloaded_play"
 
 
 @pytest.fixture(scope="module")
-def search() -> Search:
-    """A case of the retired set *score-26* that was called slack, as ``effect``."""
-    problem = known_rig_problem(draw_case("score-26", "known", PLAY, 0).records)
-    return Search(problem, KNOWN_RIG, [EFFECTS[SLACK], EFFECTS[PLAY]], 1, lambda *_: None)
+def baseline(play_called_slack) -> Fitted:
+    return play_called_slack
 
 
 @pytest.fixture(scope="module")
-def baseline(search) -> Fitted:
-    model = Model(search.problem)
-    start = model.coordinates(search.problem.start, [])
-    return fit(model, divide_records(search.problem.records), start, threads=1)
+def search(baseline) -> Search:
+    return Search(baseline.model.problem, KNOWN_RIG, [EFFECTS[SLACK], EFFECTS[PLAY]], 1, lambda *_: None)
 
 
 @pytest.fixture(scope="module")

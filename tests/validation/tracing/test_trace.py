@@ -279,9 +279,8 @@ def test_an_effect_that_does_not_reduce_the_held_out_error_is_not_named():
 
 def test_same_records_same_trace():
     records = two_preloads(lambda rig: replace(rig, gravity=Gravity(4.0, -60.0)), triangle(2.2, step_mm=0.2))
-    shown = {"gravity", "tip_load"}
-    tried = [effect for effect in catalogue() if effect.name in shown]
-    one, other = (trace_records(records, threads=n, effects=tried) for n in (1, 2))
+    tried = [effect for effect in catalogue() if effect.name in {"gravity", "tip_load"}]
+    one, other = (trace_records(records[:1], threads=n, effects=tried) for n in (1, 2))
     assert one.verdict == other.verdict
     assert one.augmented.names == other.augmented.names
     assert np.array_equal(one.augmented.x, other.augmented.x)
