@@ -15,7 +15,7 @@ from typing import Any
 from numba import njit
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
-from fem_models.inlined import inline_in_kernels
+from fem_models.inlined import KernelCompiler, inline_in_kernels
 
 Kernel = Callable[..., Any]
 
@@ -55,7 +55,8 @@ def njit_of(*sources: Path) -> Callable[..., Callable[[Kernel], Any]]:
 
     def kernel_njit(*, error_model: str = "numpy", allocates: bool = True, **options: Any) -> Callable[[Kernel], Any]:
         def compile_cached(function: Kernel) -> Any:
-            dispatcher = njit(error_model=error_model, _nrt=allocates, **options)(function)
+            compiler = {"pipeline_class": KernelCompiler, "error_model": error_model}
+            dispatcher = njit(**compiler, _nrt=allocates, **options)(function)
             dispatcher._cache = _Cache(function, checksum)
             inline_in_kernels(dispatcher)
             return dispatcher

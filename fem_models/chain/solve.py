@@ -198,7 +198,7 @@ def followed(rig: Rig, case: ChainCase, *, taped: bool = False) -> tuple[Run, Ta
     """
     joints, path, parameters = case.joints, case.path, case.parameters
     n, m, unit = rig.joints, path.drive.size, "N" if parameters.load_control else "mm"
-    run, tape = run_space(case, n), tape_of(2 * m + 1 if taped else 0, n)
+    run, tape = run_space(case, n), tape_of.py_func(2 * m + 1 if taped else 0, n)  # compiled it would take long
     try:
         failed, tape = follow(path, parameters, memory_at_rest(rig, joints), run, tape)
     except ZeroDivisionError:
