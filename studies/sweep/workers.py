@@ -87,6 +87,7 @@ class WorkerPool:
             # each process serves pages of its state, which know no password
             "scheduler.http.routes": [],
             "worker.http.routes": [],
+            "worker.profile.enabled": False,  # which looks at a worker a hundred times a second
         }
         self._open.enter_context(dask.config.set({f"distributed.{name}": value for name, value in settings.items()}))
         # one process imports the modules and the workers are forked from it, which makes their start fast
