@@ -21,7 +21,7 @@ from studies.results import write_result
 from studies.results.made import Made
 from studies.results.study import AxisRange, Failures, StudySummary
 from studies.sweep.cases import Outcome, evaluate_all
-from studies.sweep.code import code_version, versions
+from studies.sweep.code import code_version, versions, with_code
 from studies.sweep.dataset import PENDING, ZARR, Overview, write_dataset
 from studies.sweep.errors import DiskFullError, LostError
 from studies.sweep.plan import Case, Plan, cases, plan_of
@@ -84,18 +84,19 @@ def run_cases(session: Session, todo: Iterable[Case], total: int, tally: Tally, 
     first = next(missing, None)
     if first is None:
         return
-    width = IN_FLIGHT * session.workers.size
-    most = max(1, math.ceil(total / (2 * width)))
+
+    def width() -> int:
+        return IN_FLIGHT * session.workers.size
 
     def size() -> int:
-        return min(_batch_size(session.study, tally), most)
+        return min(_batch_size(session.study, tally), max(1, math.ceil(total / (2 * width()))))
 
     for batch, outcomes in _flow(session, _batches(missing, size, first), width, tally):
         in_flight.difference_update(o.key for o in outcomes)
         report(len(outcomes))
         if not outcomes:
             suspects += batch
-    for (case,), outcomes in _flow(session, ([case] for case in suspects), 1, tally):
+    for (case,), outcomes in _flow(session, ([case] for case in suspects), lambda: 1, tally):
         if not outcomes:
             with session.store.transaction():
                 session.store.keep([_died(case)])
@@ -104,11 +105,12 @@ def run_cases(session: Session, todo: Iterable[Case], total: int, tally: Tally, 
 
 
 def _flow(
-    session: Session, batches: Iterator[list[Case]], width: int, tally: Tally
+    session: Session, batches: Iterator[list[Case]], width: Callable[[], int], tally: Tally
 ) -> Iterator[tuple[list[Case], list[Outcome]]]:
-    """Keep ``width`` batches out; give each when it is back, with its stored outcomes, none if its worker died."""
+    """Keep ``width()`` batches out; give each when it is back, with its stored outcomes, none if its worker died."""
     client, store = session.workers.client(), session.store
-    answers, held = as_completed(), dict[Future, list[Case]]()
+    answers, held, engine = as_completed(), dict[Future, list[Case]](), session.study.engine
+    code = code_version(engine)
 
     def hand_out(new: Sequence[list[Case]]) -> Sequence[list[Case]]:
         store.hand_out((c.key, c.values) for batch in new for c in batch)
@@ -117,20 +119,22 @@ def _flow(
     def submit(new: Sequence[list[Case]]) -> None:
         for batch in new:
             with answers_expected():
-                future = client.submit(evaluate_all, [(c.key, c.inputs) for c in batch], pure=False)
+                given = [(c.key, c.inputs) for c in batch]
+                future = client.submit(with_code, code, engine, evaluate_all, given, pure=False)
             held[future] = batch
             answers.add(future)
 
     with store.transaction():
-        new = hand_out(list(islice(batches, width)))
+        new = hand_out(list(islice(batches, width())))
     submit(new)
     while held:
+        more = max(0, width() + 1 - len(held))  # asked before an answer is there, which a lost scheduler would lose
         future = next(answers)
         batch, outcomes = held.pop(future), _answer(future)
         with interrupts_wait():
             with store.transaction():
                 store.keep(outcomes)
-                new = hand_out(list(islice(batches, 1)))
+                new = hand_out(list(islice(batches, more)))
             tally.add(outcomes)
         future.release()  # the scheduler deletes it
         submit(new)
@@ -180,6 +184,8 @@ def _answer(future: Future) -> list[Outcome]:
         error = future.exception()
     if isinstance(error, KilledWorker):
         return []
+    if isinstance(error, LostError):
+        raise error
     raise LostError(f"workers: {error or LOST}: expected answers")
 
 

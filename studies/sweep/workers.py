@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import logging
+import math
 import signal
 import threading
+import time
 from collections.abc import Iterator
 from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager, suppress
@@ -18,7 +20,7 @@ from distributed.client import ClosedClientError
 from distributed.security import Security
 from distributed.utils import get_mp_context
 
-from studies.sweep.code import code_of_worker, code_version
+from studies.sweep.code import SAME, code_of_worker, code_version
 from studies.sweep.errors import LostError, StudyError
 
 CONNECT_S = 10
@@ -28,6 +30,7 @@ START_S = 120
 
 By default Dask waits for a worker without end, at the start of a study and where a new one replaces one that died.
 """
+KNOWN_S = 5.0
 LOST = "no connection to their scheduler any more"
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), 1)
 
@@ -48,7 +51,7 @@ class WorkerPool:
         if workers is not None and workers < 1:
             raise StudyError(f"--workers {workers}: expected at least 1")
         self._engine, self._scheduler = engine, scheduler
-        self._count = workers or CPU_COUNT
+        self._count, self._counted = workers or CPU_COUNT, -math.inf
         self._open = ExitStack()
         self._client: Client | None = None
 
@@ -71,11 +74,13 @@ class WorkerPool:
 
     @property
     def size(self) -> int:
-        """Number of threads that run cases."""
-        if self._scheduler is None:
-            return self._count
-        with answers_expected():
-            return max(1, sum(self.client().nthreads().values()))
+        """Number of threads that run cases; of a cluster, whose workers come and go,
+        at most :data:`KNOWN_S` old."""
+        if self._scheduler is not None and time.monotonic() > self._counted + KNOWN_S:
+            with answers_expected():
+                self._count = max(1, sum(self.client().nthreads().values()))
+            self._counted = time.monotonic()
+        return self._count
 
     def _local(self) -> Client:
         # one thread runs a case: threads that a library starts besides would only compete
@@ -121,14 +126,13 @@ class WorkerPool:
     def _checked(self, client: Client) -> Client:
         """Refuse workers that run other code: their numbers would be stored under the key of this code."""
         where = "workers" if self._scheduler is None else f"--scheduler {self._scheduler}"
-        expected = "expected the same versions of notchbend and its libraries as here"
         try:
             found = client.run(code_of_worker, self._engine)
         except Exception as error:  # Dask wraps an import error of a worker in a plain exception
-            raise StudyError(f"{where}: {_words(error)}: {expected}") from None
+            raise StudyError(f"{where}: {_words(error)}: {SAME}") from None
         for worker, code in found.items():
             if code != code_version(self._engine):
-                raise StudyError(f"{where}: {worker} runs other code: {expected}")
+                raise StudyError(f"{where}: {worker} runs other code: {SAME}")
         return client
 
 

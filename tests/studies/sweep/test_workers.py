@@ -44,6 +44,27 @@ def test_workers_that_run_other_code_are_refused(tmp_path, monkeypatch):
         run_study(read_study(study_file(tmp_path)), tmp_path / "out", workers=1)
 
 
+def test_a_worker_of_other_code_that_joins_later_ends_a_study(tmp_path, monkeypatch):
+    """Each batch asks for the code of this process: one line, and what others have computed is kept."""
+    asked = read_study(study_file(tmp_path))
+    run_study(asked, tmp_path / "out", workers=1)
+    wider = GRID.replace("[10, 15, 20, 30]", "[10, 15, 20, 25, 30]")
+    monkeypatch.setattr(sweep, "code_version", lambda _: "another")
+    with pytest.raises(StudyError, match=r"workers: one on \S+ runs other code: expected the same versions") as error:
+        run_study(read_study(study_file(tmp_path, wider)), tmp_path / "out", workers=1)
+    assert error.value.__notes__[0].startswith("12 of 15 cases are stored")
+
+
+def test_a_cluster_that_grows_gets_more_to_do(tmp_path, monkeypatch):
+    monkeypatch.setattr(workers, "KNOWN_S", 0.0)
+    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster:
+        with WorkerPool("chain", scheduler=cluster.scheduler_address) as pool:
+            assert pool.size == 1
+            cluster.scale(2)
+            pool.client().wait_for_workers(2)
+            assert pool.size == 2
+
+
 def test_workers_that_do_not_start_are_not_waited_for(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(workers, "START_S", 0.01)
     assert call(["study", str(study_file(tmp_path)), "--out", str(tmp_path / "o"), "--workers", "1", "--quiet"]) == 2
