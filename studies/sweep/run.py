@@ -12,7 +12,7 @@ from functools import partial
 from itertools import islice
 from pathlib import Path
 
-from distributed import Future, KilledWorker, as_completed
+from distributed import Client, Future, KilledWorker, as_completed
 
 from hysteresis.records.record import RecordError
 from studies.engines import require_exudyn, require_gmsh
@@ -194,12 +194,12 @@ def _died(case: Case) -> Outcome:
     return Outcome(case.key, "failed", "the worker process died", math.nan, nothing)
 
 
-def run_study(study: Study, out: Path, *, workers: int | None = None, scheduler: str | None = None,
+def run_study(study: Study, out: Path, *, workers: int | None = None, scheduler: str | Client | None = None,
               retry: bool = False, progress: bool = False, made: Made | None = None) -> StudySummary:  # fmt: skip
     """Run a study and write its folder: store, dataset, summary, and its sensitivities and Pareto front.
 
-    On Ctrl-C, a full disk or lost workers, the dataset and the summary of what is there are written first. ``made``
-    says how the summary came about.
+    On Ctrl-C, a full disk or lost workers, the dataset and the summary of what is there are written first.
+    ``scheduler`` is the address of one of Dask, or a client of it. ``made`` says how the summary came about.
 
     Raises
     ------

@@ -45,7 +45,7 @@ _SHORT_LOGS = {
 class WorkerPool:
     """Workers of a study: processes of this machine, or those of a Dask cluster. They start when first needed."""
 
-    def __init__(self, engine: str, workers: int | None = None, scheduler: str | None = None) -> None:
+    def __init__(self, engine: str, workers: int | None = None, scheduler: str | Client | None = None) -> None:
         if scheduler is not None and workers is not None:
             raise StudyError(f"--workers {workers}: expected absent beside --scheduler, which has its own")
         if workers is not None and workers < 1:
@@ -67,9 +67,7 @@ class WorkerPool:
             _silence()
             self._open.enter_context(dask.config.set(_SHORT_LOGS))
             with interrupts_wait():
-                self._client = self._checked(
-                    self._local() if self._scheduler is None else self._remote(self._scheduler)
-                )
+                self._client = self._checked(self._connected())
         return self._client
 
     @property
@@ -81,6 +79,15 @@ class WorkerPool:
                 self._count = max(1, sum(self.client().nthreads().values()))
             self._counted = time.monotonic()
         return self._count
+
+    def _connected(self) -> Client:
+        match self._scheduler:
+            case None:
+                return self._local()
+            case str(address):
+                return self._remote(address)
+            case client:  # of the caller, who closes it
+                return client
 
     def _local(self) -> Client:
         # one thread runs a case: threads that a library starts besides would only compete
@@ -125,7 +132,7 @@ class WorkerPool:
 
     def _checked(self, client: Client) -> Client:
         """Refuse workers that run other code: their numbers would be stored under the key of this code."""
-        where = "workers" if self._scheduler is None else f"--scheduler {self._scheduler}"
+        where = f"--scheduler {self._scheduler}" if isinstance(self._scheduler, str) else "workers"
         try:
             found = client.run(code_of_worker, self._engine)
         except Exception as error:  # Dask wraps an import error of a worker in a plain exception

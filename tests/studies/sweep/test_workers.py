@@ -65,6 +65,32 @@ def test_a_cluster_that_grows_gets_more_to_do(tmp_path, monkeypatch):
             assert pool.size == 2
 
 
+JOBQUEUE = {
+    "queue", "account", "walltime", "cores", "processes", "memory", "interface", "job_script_prologue", "security",
+}  # fmt: skip
+"""Parameters of ``SLURMCluster`` of dask-jobqueue 0.9.0, of those that the page uses."""
+
+
+def test_the_file_for_slurm_runs_a_study(tmp_path, monkeypatch, capsys):
+    """The file of the page, with processes of this machine in place of jobs."""
+    page = (Path(__file__).parents[3] / "docs" / "guide" / "studies.md").read_text()
+    (code,) = re.findall(r"^`on_slurm.py`\n```py\n(.*?)```", page, re.S | re.M)
+
+    class Jobs(LocalCluster):
+        def __init__(self, **given):
+            assert set(given) <= JOBQUEUE
+            super().__init__(n_workers=0, threads_per_worker=1, security=True, dashboard_address=None, silence_logs=50)
+
+        def scale(self, n=0, jobs=0):
+            super().scale(n or jobs // 4)
+
+    monkeypatch.setitem(sys.modules, "dask_jobqueue", SimpleNamespace(SLURMCluster=Jobs))
+    monkeypatch.setattr(sys, "argv", ["on_slurm.py", str(study_file(tmp_path)), str(tmp_path / "out")])
+    exec(compile(code, "on_slurm.py", "exec"), {"__name__": "__main__"})
+    assert "'ok': 8" in capsys.readouterr().out
+    assert int((open_study(tmp_path / "out").status == "ok").sum()) == 8
+
+
 def test_workers_that_do_not_start_are_not_waited_for(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(workers, "START_S", 0.01)
     assert call(["study", str(study_file(tmp_path)), "--out", str(tmp_path / "o"), "--workers", "1", "--quiet"]) == 2
