@@ -1,7 +1,7 @@
 """Time and memory of a study over its size: ``python -m benchmarks.study_size [--workers N] [--parts] [SIZE...]``.
 
-Each size is a separate run of ``notchbend study`` with the chain, on a Sobol sample of preload and notch depth, with the
-groups loop and strain. Processor time is that of the command and of its workers, their start included. Memory is the
+Each size is a separate run of ``notchbend study`` with the chain, on a Sobol sample of preload and notch depth, with
+the groups loop and strain. Processor time is that of the command and of its workers, start included. Memory is the
 largest sum of the resident sets of the command and all its processes, and of the command alone; shared pages are
 counted in each process. All are sampled ten times a second.
 

@@ -47,7 +47,8 @@ def _extremes(
     """Fill the bending at the tip, and find the other fields of :class:`RunExtremes`.
 
     ``fibres``, shape (N, 2) or (1, 2) of equal joints, are the strains of both outer fibres per radian; ``mean``, shape
-    (N,) or (1,), makes the mean strain of the thrust, or of the elongation (:func:`fem_models.joint.strain.peak_strain`).
+    (N,) or (1,), makes the mean strain of the thrust, or of the elongation, as
+    :func:`fem_models.joint.strain.peak_strain` has it.
     """
     angles, tensions, joints = run.angles, run.tensions, run.angles.shape[1]
     ends = np.zeros((4, joints))  # of both fibres: the lowest and the highest strain, each also that of rest
@@ -70,9 +71,11 @@ def _extremes(
         for side in range(tendons):
             for i in range(joints + 1):
                 low, high = min(low, tensions[k, side, i]), max(high, tensions[k, side, i])
-    peak = alternating = 0.0 if np.isfinite(fibres).all() else np.nan
+    peak = alternating = 0.0
     for i in range(joints):
         fibre = 0 if (1.0 + EQUAL) * max(ends[1, i], -ends[0, i]) >= max(ends[3, i], -ends[2, i]) else 2
         bottom, top = ends[fibre, i], ends[fibre + 1, i]
         peak, alternating = max(peak, top, -bottom), max(alternating, 0.5 * (top - bottom))
+    if not np.isfinite(fibres).all():
+        peak = alternating = np.nan
     return steepest, low, high, peak, alternating

@@ -338,7 +338,6 @@ class _Branch(NamedTuple):
     size: Ints  # shape (b,), of each bin
 
 
-
 class _Cycle(NamedTuple):
     """One cycle over the drives that both its branches cover."""
 

@@ -6,7 +6,7 @@ import json
 import math
 import shutil
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import islice, product
 from pathlib import Path
@@ -58,9 +58,10 @@ class Overview:
     def count(self, outcome: Outcome | None) -> None:
         """Count a case, None if it has not run."""
         self.status[PENDING if outcome is None else outcome.status] += 1
-        if outcome is not None and outcome.status == "failed":
-            if outcome.message in self.messages or len(self.messages) < REASONS:
-                self.messages[outcome.message] = self.messages.get(outcome.message, 0) + 1
+        if outcome is None or outcome.status != "failed":
+            return
+        if outcome.message in self.messages or len(self.messages) < REASONS:
+            self.messages[outcome.message] = self.messages.get(outcome.message, 0) + 1
 
     def look(self, name: str, values: Floats, points: Sequence[Mapping[str, float]]) -> None:
         """Look for the ends of a quantity among its values, shape (n,), NaN or infinite where they are not known."""

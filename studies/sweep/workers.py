@@ -23,6 +23,8 @@ from distributed.utils import get_mp_context
 from studies.sweep.code import SAME, code_of_worker, code_version
 from studies.sweep.errors import LostError, StudyError
 
+KNOWN_S = 5.0
+"""For how long the number of workers of a cluster is taken for known."""
 CONNECT_S = 10
 CLOSE_S = 20
 START_S = 120
@@ -30,7 +32,6 @@ START_S = 120
 
 By default Dask waits for a worker without end, at the start of a study and where a new one replaces one that died.
 """
-KNOWN_S = 5.0
 LOST = "no connection to their scheduler any more"
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), 1)
 
@@ -72,8 +73,10 @@ class WorkerPool:
 
     @property
     def size(self) -> int:
-        """Number of threads that run cases; of a cluster, whose workers come and go,
-        at most :data:`KNOWN_S` old."""
+        """Number of threads that run cases.
+
+        Workers of a cluster come and go: it is counted again after :data:`KNOWN_S`.
+        """
         if self._scheduler is not None and time.monotonic() > self._counted + KNOWN_S:
             with answers_expected():
                 self._count = max(1, sum(self.client().nthreads().values()))

@@ -57,12 +57,14 @@ def test_a_worker_of_other_code_that_joins_later_ends_a_study(tmp_path, monkeypa
 
 def test_a_cluster_that_grows_gets_more_to_do(tmp_path, monkeypatch):
     monkeypatch.setattr(workers, "KNOWN_S", 0.0)
-    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster:
-        with WorkerPool("chain", scheduler=cluster.scheduler_address) as pool:
-            assert pool.size == 1
-            cluster.scale(2)
-            pool.client().wait_for_workers(2)
-            assert pool.size == 2
+    with (
+        LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster,
+        WorkerPool("chain", scheduler=cluster.scheduler_address) as pool,
+    ):
+        assert pool.size == 1
+        cluster.scale(2)
+        pool.client().wait_for_workers(2)
+        assert pool.size == 2
 
 
 JOBQUEUE = {
