@@ -17,8 +17,8 @@ from typing import TypeVar
 
 from studies.sweep.errors import LostError
 
-Given, Answer = TypeVar("Given"), TypeVar("Answer")
-
+Given = TypeVar("Given")
+Answer = TypeVar("Answer")
 SAME = "expected the same versions of notchbend and its libraries as here"
 
 ROOT = Path(__file__).parents[2]

@@ -10,7 +10,6 @@ import time
 from collections.abc import Iterator
 from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager, suppress
-from multiprocessing import forkserver, resource_tracker
 from tempfile import TemporaryDirectory
 
 import dask
@@ -18,10 +17,10 @@ from dask.system import CPU_COUNT
 from distributed import Client, LocalCluster
 from distributed.client import ClosedClientError
 from distributed.security import Security
-from distributed.utils import get_mp_context
 
 from studies.sweep.code import SAME, code_of_worker, code_version
 from studies.sweep.errors import LostError, StudyError
+from studies.sweep.forks import begin_forking
 
 KNOWN_S = 5.0
 """For how long the number of workers of a cluster is taken for known."""
@@ -105,11 +104,7 @@ class WorkerPool:
             "worker.profile.enabled": False,  # which looks at a worker a hundred times a second
         }
         self._open.enter_context(dask.config.set({f"distributed.{name}": value for name, value in settings.items()}))
-        # one process imports the modules and the workers are forked from it, which makes their start fast
-        get_mp_context().set_forkserver_preload(["distributed", "studies.sweep.cases"])
-        resource_tracker.ensure_running()  # which unblocks signals when it starts
-        with _interrupts_blocked():
-            forkserver.ensure_running()
+        begin_forking()
         folder = self._open.enter_context(TemporaryDirectory(prefix="notchbend-", ignore_cleanup_errors=True))
         try:
             cluster = LocalCluster(
@@ -173,19 +168,6 @@ def _close(cluster: LocalCluster) -> None:
     """
     with suppress(TimeoutError):
         cluster.close(timeout=CLOSE_S)
-
-
-@contextmanager
-def _interrupts_blocked() -> Iterator[None]:
-    """Block Ctrl-C, which a terminal sends to all processes: child processes inherit that.
-
-    One that comes meanwhile is delivered when the block ends. It would be lost if Ctrl-C was ignored.
-    """
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

@@ -20,7 +20,7 @@ from distributed.protocol import Serialize, Serialized, ToPickle
 from small_study import GRID, HEAD, PROGRAM, same, study_file
 
 from studies.commands import call
-from studies.sweep import StudyError, open_study, read_study, run_study, workers
+from studies.sweep import StudyError, forks, open_study, read_study, run_study, workers
 from studies.sweep import run as sweep
 from studies.sweep.cases import Outcome, evaluate
 from studies.sweep.plan import Case, cases, plan_of
@@ -218,7 +218,7 @@ def test_an_interrupt_while_the_fork_server_starts_is_not_lost(monkeypatch):
         os.kill(os.getpid(), signal.SIGINT)
         said.append(subprocess.run([sys.executable, "-c", in_child], capture_output=True, text=True, check=True).stdout)
 
-    monkeypatch.setattr(workers.forkserver, "ensure_running", started)
+    monkeypatch.setattr(forks.forkserver, "ensure_running", started)
     monkeypatch.setattr(workers, "LocalCluster", lambda **_: SimpleNamespace(close=lambda timeout: None))
     monkeypatch.setattr(workers, "Client", lambda cluster: nullcontext())
     monkeypatch.setattr(WorkerPool, "_checked", lambda pool, client: client)
