@@ -12,6 +12,7 @@ follows the chain.
 from __future__ import annotations
 
 import argparse
+import gc
 import pickle
 import subprocess
 import sys
@@ -119,6 +120,7 @@ def parts_of_a_case(folder: Path) -> dict[str, float]:
     with clock.part("point and key, twice", n):  # the second time when the dataset is written
         points = list(cases(study, plan.points()))
     evaluate(points[0].key, points[0].inputs)  # which reads the kernels from their cache
+    gc.freeze()  # as in a worker
     tables = [one.inputs.rig for one in points[:n]]
     with clock.part("rig from its tables", n):
         rigs = [rig_of_tables(one, "") for one in tables]
@@ -130,6 +132,7 @@ def parts_of_a_case(folder: Path) -> dict[str, float]:
         run, memory, tape = run_space(case, rig.joints), memory_at_rest(rig, case.joints), tape_of(0, rig.joints)
         with clock.part(KERNEL, n):
             follow(case.path, case.parameters, memory, run, tape)
+    del tables, rigs, made, rig, case, run, memory, tape  # a worker holds its own cases alone
     own = clock.us
     own["memory and checks of the run"] = own.pop("run") - own[KERNEL]
     before = own["rig from its tables"] + own["joints, parameters, path"] + own["memory and checks of the run"]

@@ -35,8 +35,8 @@ SENSITIVITY, PARETO = "sensitivity.json", "pareto.json"
 IN_FLIGHT = 2  # batches a worker: one that runs and one that waits, so that no worker is idle
 _BATCH = {"chain": 16, "analytic": 32}
 """Number of cases in a batch until it is known how long one takes; slower cases go one at a time."""
-BATCH_S, MOST_IN_BATCH = 0.25, 256
-"""Time of a batch, and its most cases: handing one out and storing its answer takes some hundredths of a second."""
+BATCH_S, MOST_IN_BATCH = 0.5, 512
+"""Time of a batch, and its most cases: handing one out takes Dask some hundredths of a second."""
 
 
 @dataclass

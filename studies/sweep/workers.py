@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import logging
 import math
 import signal
@@ -116,7 +117,9 @@ class WorkerPool:
         except Exception as error:  # Dask raises a plain one, or fails an assertion where it ends a worker that starts
             raise StudyError(f"workers: {_words(error)}: expected {self._count} that start in {START_S:g} s") from error
         self._open.callback(_close, cluster)
-        return self._open.enter_context(Client(cluster))
+        client = self._open.enter_context(Client(cluster))
+        client.run(gc.freeze)  # modules stay: to look through them for garbage took a tenth of a case
+        return client
 
     def _remote(self, address: str) -> Client:
         try:
