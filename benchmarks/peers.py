@@ -24,6 +24,7 @@ from typing import Any
 
 ENGINES = {  # module here: (name, package)
     "with_chain": ("chain", "notchbend"),
+    "with_space": ("chain in space", "notchbend"),
     "with_multibody": ("multibody", "exudyn"),
     "with_mujoco": ("MuJoCo", "mujoco"),
     "with_soromox": ("soromox", "soromox"),
@@ -31,7 +32,7 @@ ENGINES = {  # module here: (name, package)
 }
 WARM_SECONDS = 10.0  # time for the runs of the median, 3 to 21 of them
 TIMEOUT_S = 600
-OURS = ("with_chain", "with_multibody")
+OURS = ("with_chain", "with_space", "with_multibody")
 
 
 @dataclass(frozen=True)

@@ -2,13 +2,14 @@
 
 Records of a pair-notched tube whose parameters are drawn, each spoiled in one way, or clean. A result is silent where
 it is further from the right one than its interval says, and no word warns of the record. Each row says how many were
-silent, and how many clean records were warned of. A line a case is kept in the file, so that a score that was ended
-goes on where it stood.
+silent, and how many clean records were warned of. A trace is ended after ``LIMIT_S``, and counted so. A line a case is
+kept in the file, so that a score that was ended goes on where it stood.
 """
 
 from __future__ import annotations
 
 import json
+import multiprocessing
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -30,6 +31,9 @@ from hysteresis.laws.inverse import compensating_drive
 from hysteresis.records.record import RecordError
 
 PROCESSES = 2
+LIMIT_S = 60.0
+"""Time of a trace. Where no effect explains a spoiled record, its search tries every one for minutes."""
+ENDED = "ended after"
 NOISE_DEG = 0.05
 STEP_MM = 0.1
 NO_WARNING = (
@@ -241,6 +245,19 @@ def seen(job: tuple[str, int, int]) -> Seen:
     return Seen(*job, case.kind, bool(off), tuple(_warnings(words)), refused, round(time.perf_counter() - began, 2))
 
 
+def seen_in_time(job: tuple[str, int, int]) -> Seen:
+    """As ``seen``; a trace runs in a process of its own, which is ended after ``LIMIT_S``."""
+    if job[0] != "trace":
+        return seen(job)
+    import validation.tracing  # noqa: F401 - once, before the process is copied
+
+    with multiprocessing.get_context("fork").Pool(1) as one:
+        try:
+            return one.apply_async(seen, (job,)).get(LIMIT_S)
+        except multiprocessing.TimeoutError:
+            return Seen(*job, drawn(*job[1:]).kind, False, (), f"{ENDED} {LIMIT_S:g} s", LIMIT_S)
+
+
 def kept(path: Path) -> list[Seen]:
     """Read the cases of an earlier score; none where there is no file."""
     lines = path.read_text().splitlines() if path.exists() else []
@@ -254,7 +271,7 @@ def main() -> None:
     known = {(one.command, one.seed, one.number) for one in kept(path)}
     jobs = [(command, seed, number) for command in commands for number in range(count)]
     with ProcessPoolExecutor(PROCESSES) as pool, path.open("a") as out:
-        for one in pool.map(seen, [job for job in jobs if job not in known]):
+        for one in pool.map(seen_in_time, [job for job in jobs if job not in known]):
             out.write(json.dumps(asdict(one)) + "\n")
             out.flush()
     for command in commands:
@@ -266,8 +283,10 @@ def main() -> None:
 
 def _counts(found: Sequence[Seen]) -> str:
     off, silent = sum(one.off for one in found), sum(one.off and not one.words for one in found)
-    warned, refused = sum(bool(one.words) for one in found), sum(bool(one.refused) for one in found)
-    return f"{len(found)}, off {off}, off without a word {silent}, warned of {warned}, refused {refused}"
+    warned, ended = sum(bool(one.words) for one in found), sum(one.refused.startswith(ENDED) for one in found)
+    refused = sum(bool(one.refused) for one in found) - ended
+    counts = f"{len(found)}, off {off}, off without a word {silent}, warned of {warned}, refused {refused}"
+    return f"{counts}, ended {ended}" if ended else counts
 
 
 if __name__ == "__main__":

@@ -9,52 +9,25 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Callable
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 import pytest
 from exudyn_cost import counted
+from growth import JOINTS, SIZES, batch, cycle_of, rig_of, step_of
 
 from fem_models.chain import solve as chain
 from fem_models.chain.solve import ChainSettings, solve_chain
-from fem_models.load import LoadProgram, triangle
+from fem_models.load import LoadProgram
 from fem_models.multibody.quasi_static import MultibodySettings, solve_multibody
-from fem_models.rig import Rig, preset
-from fem_models.rig.rig import Friction, notched_tube, with_notch
+from fem_models.rig import Rig
 
-JOINTS = 14
-SIZES = (7, 14, 28, 56, 112)
 LIMIT_CHAIN_S = 6e-4
 LIMIT_BATCH_S = 0.6
 LIMIT_MULTIBODY_S = 0.25
 EXPONENT_CHAIN = 1.2
 EXPONENT_MULTIBODY = 1.4
-
-
-def rig_of(joints: int, *, scaled_tendon: bool = False) -> Rig:
-    """Rig of the default preset (friction, toe region and material loop included) with another number of notches.
-
-    With ``scaled_tendon`` the free length of the tendons grows with the tube, so that a step of the drive, which grows
-    too, changes the tensions as in the default rig.
-    """
-    rig = preset("du2018")
-    rig = with_notch(rig, replace(notched_tube(rig).notch, count=joints))
-    if not scaled_tendon:
-        return rig
-    tendon = replace(rig.tendon_a, free_length_mm=rig.tendon_a.free_length_mm * joints / JOINTS)
-    return replace(rig, tendon_a=tendon, tendon_b=tendon)
-
-
-def cycle_of(joints: int) -> LoadProgram:
-    """One cycle 0, +A, -A, 0 of 88 steps; A is 2.2 mm for 14 joints and proportional to their number."""
-    scale = joints / JOINTS
-    return LoadProgram(triangle(2.2 * scale, step_mm=0.1 * scale).drive_mm[1:89])
-
-
-def step_of(joints: int) -> float:
-    """Largest step of the drive: one sample for any number of joints."""
-    return 0.1 * joints / JOINTS
 
 
 def fixed_cost_s(rig: Rig) -> float:
@@ -87,22 +60,6 @@ def test_chain_exponent(joints: int, scaled_tendon: bool, table: Any, median_s: 
     assert top == pytest.approx(45.2 * joints / JOINTS, rel=0.06)  # 45.2 deg at 14: the paper's full scale, 45 deg
     seconds = median_s(lambda: solve_chain(rig, program, settings), rounds=15) - fixed_cost_s(rig)
     table.add(f"{series}, N = {joints}", seconds, series=series, size=joints, notes=f"{top:.1f} deg")
-
-
-def batch(count: int, seed: int = 0) -> list[Rig]:
-    """Rigs around the default one: preload, modulus, tendon, friction and material loop vary."""
-    rng, rig = np.random.default_rng(seed), rig_of(JOINTS)
-    low = np.array([10.0, 45.0, 1.0e4, 0.0, 0.0, 0.0, 0.0])
-    high = np.array([30.0, 75.0, 3.0e4, 60.0, 0.05, 2.5, 0.5])
-    rigs = []
-    for preload, young, ea, toe, mu, sheath, share in rng.uniform(low, high, (count, low.size)):
-        tendon = replace(rig.tendon_a, EA_N=ea, toe_N=toe)
-        material = replace(rig.material, youngs_modulus_GPa=young, loop_share=share)
-        friction = Friction(capstan_coefficient=mu, guide_N=0.01, sheath_N=sheath)
-        rigs.append(
-            replace(rig, preload_N=preload, tendon_a=tendon, tendon_b=tendon, material=material, friction=friction)
-        )
-    return rigs
 
 
 def test_chain_batch(table: Any, median_s: Callable[..., float]) -> None:

@@ -27,10 +27,11 @@ SPIKE, SPIKE_APART = 8.0, 0.3
 """Least distance of a spike from its neighbours over its usual size, and largest distance of these neighbours from
 theirs over that of the spike: of a leap it is 1, of a kink about one half."""
 MOST_ALONE, ALIKE = 4, 0.5
-"""Samples in a row that may be one spike, and the least of their distances over the largest: those of a kink differ.
-Several are as far off as lost readings are."""
+"""Samples in a row that may be one spike, and the least of their distances over the largest: those of a kink differ,
+but not where a logger wrote the same value for all. Several are as far off as lost readings are."""
 MOST_SPIKES, LEAST_SPIKE_RECORD = 0.03, 40
-"""Largest part of a record's samples that are spikes, and samples of a record in which they are looked for."""
+"""Most spikes over a record's samples, those in a row counted once, and samples of a record in which they are looked
+for."""
 FAR, ABOUT, LEAST_FAR, MOST_FAR = 6.0, 8, 0.05, 0.1
 """Distance of a lost reading from the median of as many samples on either side, over the middle three fifths of their
 range; least one over the range of nine tenths of the record; and the largest part of a record's samples that are lost.
@@ -275,7 +276,7 @@ def _far(values: Floats) -> Mask:
 
 
 def isolated_spikes(angle_deg: Floats, time_s: Floats | None) -> Mask:
-    """Find the samples that are spikes, shape (m,), up to :data:`MOST_ALONE` in a row that are off by the same amount.
+    """Find samples that are spikes, shape (m,), up to :data:`MOST_ALONE` in a row, of one value or off by one amount.
 
     A sample is compared with the cubic through two neighbours on either side (Hampel's rule with a cubic in place of
     the median, Hampel 1974, doi 10.1080/01621459.1974.10482962), and its two nearest neighbours with the cubic through
@@ -296,12 +297,16 @@ def isolated_spikes(angle_deg: Floats, time_s: Floats | None) -> Mask:
         before = _off_cubic(t, angle_deg, k, (-3, -2, count, count + 1), -1)
         after = _off_cubic(t, angle_deg, k, (-2, -1, count + 1, count + 2), count)
         nearest, farthest = np.min(np.abs(off), axis=0), np.max(np.abs(off), axis=0)
+        between = (angle_deg[k] - angle_deg[k - 1]) * (angle_deg[k + count] - angle_deg[k]) >= 0.0  # as held values are
+        of_one_value = (count > 1) & (np.ptp([angle_deg[k + j] for j in range(count)], axis=0) == 0.0) & ~between
+        distance = np.where(of_one_value, farthest, nearest)
         size = max(MAD_TO_SIGMA * float(np.median(nearest)), least, LEAST_FAR * (high - low) / SPIKE * (count > 1))
-        alone = np.maximum(np.abs(before), np.abs(after)) < SPIKE_APART * nearest
-        alike = (nearest > ALIKE * farthest) & (np.abs(np.sum(np.sign(off), axis=0)) == count)
-        for start in k[(nearest > SPIKE * size) & alone & alike]:
+        alone = np.maximum(np.abs(before), np.abs(after)) < SPIKE_APART * distance
+        alike = (distance > ALIKE * farthest) & (np.abs(np.sum(np.sign(off), axis=0)) == count)
+        for start in k[(distance > SPIKE * size) & alone & alike]:
             spikes[start : start + count] = True
-    return spikes if 0 < spikes.mean() <= MOST_SPIKES else np.zeros_like(spikes)
+    events = int(np.count_nonzero(spikes[1:] & ~spikes[:-1]))  # none begins at the first sample
+    return spikes if events <= MOST_SPIKES * spikes.size else np.zeros_like(spikes)
 
 
 def _off_cubic(t: Floats, y: Floats, k: Ints, at: tuple[int, ...], where: int) -> Floats:

@@ -6,6 +6,7 @@ import json
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -24,13 +25,13 @@ from studies.results.made import Made, made_entry
 from studies.results.trace_samples import SAMPLES, TraceSamples, samples_csv, samples_of
 from validation.tracing import catalogue, trace_records
 from validation.tracing.baseline.in_space import SpaceProblem
-from validation.tracing.effect import acting
+from validation.tracing.effect import Effect, acting
 from validation.tracing.figures import figures
 from validation.tracing.inference import decide, learnt_prior, times_needed
 from validation.tracing.next_experiment import Experiment, next_experiment
 from validation.tracing.outcome import Trace
 from validation.tracing.result import DetectionLimit, FigureFile, NextProgram, TraceReport, in_words, trace_report
-from validation.tracing.search.detection import detection_limits
+from validation.tracing.search.detection import absorbed_effects, detection_limits
 from validation.tracing.second_opinion import STOPPED, second_opinion
 from validation.tracing.sensors.protocol import OTHER_AMPLITUDE, OTHER_RATE
 
@@ -144,6 +145,7 @@ def trace_loaded(
         trace = replace(trace, decision=beside)
     stage.begin("detection limits")
     limits = attempt("no detection limits", lambda: limits_of(trace), [], failed)
+    absorbed = absorbed_effects(trace.augmented, _effects(trace), limits) if limits else ()
     stage.begin("the next experiment")
     experiment = attempt("no next experiment", lambda: next_experiment(trace), Experiment("not known"), failed)
     stage.begin("the multibody model")
@@ -151,7 +153,8 @@ def trace_loaded(
     stage.begin("figures")
     drawn = figures(trace, failed)
     spent = time.perf_counter() - start
-    found = trace_report(trace, experiment=experiment, opinion=opinion, limits=limits, seconds=spent, seed=seed)
+    shown = partial(trace_report, limits=limits, absorbed=absorbed)
+    found = shown(trace, experiment=experiment, opinion=opinion, seconds=spent, seed=seed)
     program = experiment.csv()
     found = replace(
         found,
@@ -187,11 +190,15 @@ def limits_of(trace: Trace) -> list[DetectionLimit]:
     hidden = {OTHER_AMPLITUDE, OTHER_RATE} & {*trace.words}
     if trace.verdict not in ("none", "partial", "unexplained") or hidden:
         return []
-    effects, prior = acting(catalogue(), in_space=_is_in_space(trace)), learnt_prior(trace)
+    effects, prior = _effects(trace), learnt_prior(trace)
     needed = None
     if trace.decision is not None and trace.decision.decides and prior is not None:
         needed = times_needed(trace.augmented, effects, prior, trace.decision.alpha)
     return detection_limits(trace.augmented, effects, trace.floor.deg, needed)
+
+
+def _effects(trace: Trace) -> Sequence[Effect]:
+    return acting(catalogue(), in_space=_is_in_space(trace))
 
 
 def _is_in_space(trace: Trace) -> bool:

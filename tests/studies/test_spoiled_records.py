@@ -11,6 +11,7 @@ from fem_models.chain import simulate_chain
 from fem_models.load import triangle
 from fem_models.rig import preset
 from hysteresis import Record, identify
+from hysteresis.sensors.readings import reading_words
 from studies.commands.separation import separate_records
 from validation.separation import calibrate_rig, loop_program, separate
 from validation.separation.rig_calibration import parameters_of
@@ -45,6 +46,12 @@ SPOILED = {
     "the last": (999.0, [ANGLE.size - 1]),
     "a few everywhere": (-999.0, [7, 31, 78, 101, 140, 166, 210, 231, 250]),
 }
+
+
+def test_readings_lost_in_a_row_are_left_out_where_the_angle_moves_on_meanwhile():
+    case = drawn(535128, 933)
+    assert reading_words(case.records[:1]) == ("4 of 118 angles are isolated spikes, which are left out",)
+    assert reading_words(case.clean[:1]) == ()
 
 
 @pytest.mark.parametrize("name", SPOILED)

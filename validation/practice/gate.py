@@ -122,9 +122,9 @@ class Line:
 def line_of(asked: Asked, alpha: float = ALPHA) -> Line:
     """Draw a case, and trace it by the rules and by the test."""
     case, describes = asked.case()
-    by_rules, seconds = _traced(case, None)
-    by_test, test_seconds = _traced(case, alpha)
-    rules, decision = _outcome(asked, case, by_rules, seconds, describes), by_test.decision
+    by_rules, seconds = traced(case, None)
+    by_test, test_seconds = traced(case, alpha)
+    rules, decision = outcome(asked, case, by_rules, seconds, describes), by_test.decision
     if decision is None:
         return Line(asked.row, asked.seed, asked.number, rules, None, None, (), (), seconds, test_seconds)
     return Line(
@@ -132,7 +132,7 @@ def line_of(asked: Asked, alpha: float = ALPHA) -> Line:
         seed=asked.seed,
         number=asked.number,
         rules=rules,
-        test=_outcome(asked, case, by_test, test_seconds, describes),
+        test=outcome(asked, case, by_test, test_seconds, describes),
         p_none=decision.p_none,
         leading=tuple(sorted(decision.statistics, key=lambda name: -decision.statistics[name])[:MOST_LEADING]),
         fitted=tuple(" + ".join(one.names) for one in decision.compared),
@@ -141,14 +141,15 @@ def line_of(asked: Asked, alpha: float = ALPHA) -> Line:
     )
 
 
-def _traced(case: Case, alpha: float | None) -> tuple[Trace, float]:
+def traced(case: Case, alpha: float | None) -> tuple[Trace, float]:
     """Trace a case; the other number is seconds of one core."""
     start = time.process_time()
     trace = trace_records(case.records, threads=1, alpha=alpha)
     return trace, round(time.process_time() - start, 2)
 
 
-def _outcome(asked: Asked, case: Case, trace: Trace, seconds: float, describes: tuple[str, ...]) -> Outcome:
+def outcome(asked: Asked, case: Case, trace: Trace, seconds: float, describes: tuple[str, ...]) -> Outcome:
+    """Give what was injected with what a trace answered."""
     answer = Answer(
         verdict=trace.verdict,
         named=trace.names,
@@ -182,11 +183,12 @@ def _counts(row: str, what: str, lines: Sequence[Line], hit: Callable[[Outcome],
     lost = sum(old and not new for old, new in zip(rules, test, strict=True))
     won = sum(new and not old for old, new in zip(rules, test, strict=True))
     p = binomtest(won, won + lost).pvalue if won + lost else 1.0
-    cells = [row, str(len(lines)), what, _rate(sum(rules), len(lines)), _rate(sum(test), len(lines))]
+    cells = [row, str(len(lines)), what, rate(sum(rules), len(lines)), rate(sum(test), len(lines))]
     return f"| {' | '.join(cells)} | {lost}, {won} | {p:.2g} |"
 
 
-def _rate(hits: int, of: int) -> str:
+def rate(hits: int, of: int) -> str:
+    """Format a rate with its exact 95 % interval."""
     low, high = exact_interval(hits, of)
     return f"{hits} of {of} ({100 * low:.0f} to {100 * high:.0f} %)"
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -61,15 +62,25 @@ def _stated_keys(record: Record) -> Mapping[str, Mapping[str, object]] | None:
 
 
 def differing_words(fitted: Mapping[str, Parameter], stated: Mapping[str, Parameter]) -> tuple[str, ...]:
-    """Say which fitted parameters differ from the file by far more than their interval, and what that looks like."""
+    """Say which fitted parameters differ from the file by far more than their interval, and what that looks like.
+
+    Where the fit ended at its bound, which cuts the interval off, any value outside of it is told.
+    """
     words = []
     for name, file in stated.items():
         one = fitted[name]
         if one.low is None or one.high is None:
             continue
-        further = 0.5 * (WIDER - 1.0) * (one.high - one.low)
+        bounded = _at_a_bound(one.value, one.low, one.high)
+        further = 0.0 if bounded else 0.5 * (WIDER - 1.0) * (one.high - one.low)
         if one.low - further <= file.value <= one.high + further:
             continue
+        where = "at the bound of the fit in these records" if bounded else "in these records"
         else_ = f"; {LIKE[name]} would look alike" if name in LIKE else ""
-        words.append(f"{name} is {one} in these records, {file} in the file of the rig{else_}")
+        words.append(f"{name} is {one} {where}, {file} in the file of the rig{else_}")
     return tuple(words)
+
+
+def _at_a_bound(value: float, low: float, high: float) -> bool:
+    """Whether a value is an end of its interval, but for 0, where an amount ends by itself."""
+    return math.isclose(value, high, rel_tol=1e-4) or (low > 0.0 and math.isclose(value, low, rel_tol=1e-4))

@@ -181,7 +181,8 @@ class TraceReport:
 
     ``explained_share`` is the part of the mean square held-out error above the noise floor that the named effects take,
     or that the nearest candidate would take where none is named. ``detection_limits`` has the smallest size of each
-    effect that the records would have shown. ``reference`` are the records that were compared with.
+    effect that the records would have shown, ``absorbed`` the effects that they show at no size. ``reference`` are the
+    records that were compared with.
     ``declared`` has what the file of the rig states for parameters of the baseline, and ``baseline`` these as
     fitted together with the effects. ``alike`` is the difference of the criterion below which candidates are not
     distinguished. ``words`` are reasons for the verdict. ``samples_file`` has the records and models sample by sample;
@@ -229,6 +230,7 @@ class TraceReport:
     discrepancy_deg: float | None = None
     simulations: int | None = None
     by_test: DecisionReport | None = None
+    absorbed: tuple[str, ...] = ()
 
     @property
     def named(self) -> str:
@@ -257,6 +259,7 @@ def trace_report(
     experiment: Experiment | None = None,
     opinion: SecondOpinion | None = None,
     limits: Sequence[DetectionLimit] = (),
+    absorbed: tuple[str, ...] = (),
     seconds: float | None = None,
     seed: int = 0,
 ) -> TraceReport:
@@ -280,6 +283,7 @@ def trace_report(
         effects=_effects(trace, parameters) if named else (),
         after=errors_of(trace.augmented) if named else before,
         detection_limits=tuple(limits),
+        absorbed=absorbed,
         multibody=_multibody(opinion),
         candidates=tuple(_candidate(candidate, own) for candidate in ranked(trace.candidates)),
         next_experiment=experiment.words if experiment else "",
@@ -357,7 +361,7 @@ def in_words(report: TraceReport) -> list[str]:
     match report.verdict:
         case "none":
             nothing = "Nothing has changed since the reference." if report.reference else NONE_FOUND
-            return [f"{nothing} {baseline}; {noise}.", *_limit_words(report.detection_limits), *reasons]
+            return [f"{nothing} {baseline}; {noise}.", *_limit_words(report), *reasons]
         case "effect":
             return [f"{_leap_words(report)}{what} is traced to {names}.", f"{baseline}.", falls, *reasons]
         case "partial":
@@ -416,12 +420,15 @@ def _nearest_words(nearest: CandidateReport, report: TraceReport) -> str:
     return f"The nearest candidate is {nearest.name}, with an error of {nearest.heldout_rmse_deg:.3g} deg{explains}."
 
 
-def _limit_words(limits: Sequence[DetectionLimit]) -> list[str]:
-    """Say from what size on effects would have been seen."""
-    if not limits:
-        return []
-    shown = ", ".join(f"{one.name} from {one.size:.2g}{'' if one.unit == '-' else f' {one.unit}'}" for one in limits)
-    return [f"In nine of ten such records these would have been found: {shown}."]
+def _limit_words(report: TraceReport) -> list[str]:
+    """Say from what size on effects would have been seen, and which at no size."""
+    shown = ", ".join(
+        f"{one.name} from {one.size:.2g}{'' if one.unit == '-' else f' {one.unit}'}" for one in report.detection_limits
+    )
+    words = [f"In nine of ten such records these would have been found: {shown}."] if shown else []
+    if report.absorbed:
+        words.append(f"The fit absorbs these at every size, so they may be there: {', '.join(report.absorbed)}.")
+    return words
 
 
 def share_words(share: Estimate | None) -> str:

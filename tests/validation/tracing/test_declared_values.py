@@ -11,9 +11,10 @@ from fem_models.rig import preset
 from fem_models.rig.effects import Backlash
 from hysteresis.fitting.uncertainty import Parameter
 from hysteresis.records.record import Record
-from validation.tracing import trace_records
+from validation.tracing import catalogue, trace_records
 from validation.tracing.declared import differing_words, stated_values
 from validation.tracing.result import in_words, trace_report
+from validation.tracing.search.detection import absorbed_effects, detection_limits
 
 FITTED = {"sheath_N": Parameter(2.0, 1.8, 2.2, "N"), "EA_N": Parameter(9000.0, 8000.0, 10_000.0, "N")}
 LOOP = np.array([0.0, 1.0, -1.0, 0.0])
@@ -28,6 +29,14 @@ def test_a_value_is_told_beyond_twice_the_interval(sheath_N, told):
     if told:
         assert words[0].startswith(f"sheath_N is 2 (1.8 to 2.2) N in these records, {sheath_N:g} N in the file of the")
         assert "backlash" in words[0]
+
+
+def test_a_value_at_the_bound_of_the_fit_is_told_outside_its_interval():
+    fitted = {"sheath_N": Parameter(4.4999995, 1.66, 4.5, "N"), "capstan_coefficient": Parameter(0.0, 0.0, 0.01, "-")}
+    words = differing_words(fitted, {"sheath_N": Parameter(0.5, None, None, "N")})
+    assert words[0].startswith("sheath_N is 4.5 (1.66 to 4.5) N at the bound of the fit in these records, 0.5 N in the")
+    assert differing_words(fitted, {"sheath_N": Parameter(1.7, None, None, "N")}) == ()
+    assert differing_words(fitted, {"capstan_coefficient": Parameter(0.012, None, None, "-")}) == ()  # 0 is an end
 
 
 def test_only_what_a_file_states_is_compared(tmp_path):
@@ -52,8 +61,13 @@ def test_a_play_that_friction_takes_is_told_by_the_file():
     rig = replace(preset("du2018"), preload_N=20.0, backlash=Backlash(0.08))
     loop = simulate_chain(rig, triangle(1.5, step_mm=0.05, cycles=2))
     angle = loop.angle_deg + np.random.default_rng(1).normal(0, 0.05, loop.drive.size)
-    report = trace_report(trace_records([Record(loop.drive, angle, rig={"preset": "du2018", "preload_N": 20.0})]))
+    trace = trace_records([Record(loop.drive, angle, rig={"preset": "du2018", "preload_N": 20.0})])
+    effects = [effect for effect in catalogue() if effect.name in ("backlash", "unequal_tendons")]
+    limits = detection_limits(trace.augmented, effects, trace.floor.deg)
+    report = trace_report(trace, limits=limits, absorbed=absorbed_effects(trace.augmented, effects, limits))
     assert report.verdict == "none"
+    assert [one.name for one in report.detection_limits] == ["unequal_tendons"]
+    assert "The fit absorbs these at every size, so they may be there: backlash." in in_words(report)
     assert report.declared["sheath_N"].value == pytest.approx(1.39)
     assert report.baseline["sheath_N"].value > 2.5
     assert any("sheath_N is 2." in words and "1.39 N in the file" in words for words in in_words(report))

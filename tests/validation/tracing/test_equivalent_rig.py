@@ -25,7 +25,7 @@ from validation.tracing.outcome import Candidate
 from validation.tracing.plausibility import remarks
 from validation.tracing.problem import AddedEffect
 from validation.tracing.result import CandidateReport, in_words, nearest_candidate, trace_report
-from validation.tracing.search.detection import detection_limits
+from validation.tracing.search.detection import absorbed_effects, detection_limits
 from validation.tracing.search.final_fit import _Refit
 from validation.tracing.settings import EQUIVALENT_JOINTS, EQUIVALENT_RIG
 
@@ -161,7 +161,9 @@ def test_amounts_to_which_an_equivalent_rig_gives_no_scale_have_no_limit_and_a_w
     """Its forces are in proportion to a preload and lengths that are assumed."""
     records = [replace(record, rig={}) for record in records_of(MEASURED, 1.2)]
     effects = [effect for effect in catalogue() if effect.name in ("gravity", "tip_load", "backlash")]
-    assert {one.name for one in detection_limits(fitted(records), effects, NOISE_DEG)} == {"backlash"}
+    limits = detection_limits(fitted(records), effects, NOISE_DEG)
+    assert {one.name for one in limits} == {"backlash"}
+    assert absorbed_effects(fitted(records), effects, limits) == ()  # a size without a scale is not absorbed
     problem = equivalent_rig_problem(records)
     gravity = next(effect for effect in effects if effect.name == "gravity")
     loaded = fitted(records, (AddedEffect(gravity, problem.forms(gravity)[0]),))

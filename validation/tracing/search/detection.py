@@ -81,6 +81,23 @@ def detection_limits(
     return out
 
 
+def absorbed_effects(fitted: Fitted, effects: Sequence[Effect], limits: Sequence[DetectionLimit]) -> tuple[str, ...]:
+    """Name the effects with an amount that have no limit: the parameters of the model absorb them at every size."""
+    shown = {*fitted.names, *(one.name for one in limits)}
+    problem = fitted.model.problem
+    return tuple(
+        effect.name
+        for effect in effects
+        if effect.name not in shown
+        and any(
+            p.acts_from_zero and not has_no_scale(problem, p)
+            for form in _forms(fitted, effect)
+            if problem.starts(form)
+            for p in form.parameters
+        )
+    )
+
+
 def _by_rules(fitted: Fitted, floor_deg: float, effects: int) -> Needed:
     """Give what the rules ask of a change."""
     left = max(floor_deg, fitted.heldout_rmse_deg if math.isfinite(fitted.heldout_rmse_deg) else 0.0)
