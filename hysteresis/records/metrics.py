@@ -213,10 +213,10 @@ def _lookup(at: Floats, x: Floats, first: int, outside: int | None = None) -> _L
     j, last = np.maximum(j, 0), x.size - 1
     after = np.minimum(j + 1, last)
     within = inside & (j < last)
-    place = (j + first, after + first) if outside is None else (
-        np.where(inside, j + first, outside), np.where(inside, after + first, outside)
-    )  # fmt: skip
-    return _Lookup(*place, np.where(within, x[after] - x[j], 1.0), np.where(within, at - x[j], 0.0))
+    before, behind = j + first, after + first
+    if outside is not None:
+        before, behind = np.where(inside, before, outside), np.where(inside, behind, outside)
+    return _Lookup(before, behind, np.where(within, x[after] - x[j], 1.0), np.where(within, at - x[j], 0.0))
 
 
 def _joined(parts: Sequence[_Lookup]) -> _Lookup:
