@@ -18,6 +18,7 @@ import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -188,6 +189,12 @@ def run_space(case: ChainCase, joints: int) -> Run:
     )
 
 
+@cache
+def _no_tape(joints: int) -> Tape:
+    """Tape that no step is written on: without room there is nothing in it to change."""
+    return tape_of.py_func(0, joints)  # by Python: compiled for Python alone it would take long
+
+
 def followed(rig: Rig, case: ChainCase, *, taped: bool = False) -> tuple[Run, Tape]:
     """Follow the path; the tape of the steps is empty unless it is asked for.
 
@@ -198,7 +205,7 @@ def followed(rig: Rig, case: ChainCase, *, taped: bool = False) -> tuple[Run, Ta
     """
     joints, path, parameters = case.joints, case.path, case.parameters
     n, m, unit = rig.joints, path.drive.size, "N" if parameters.load_control else "mm"
-    run, tape = run_space(case, n), tape_of.py_func(2 * m + 1 if taped else 0, n)  # compiled it would take long
+    run, tape = run_space(case, n), tape_of.py_func(2 * m + 1, n) if taped else _no_tape(n)
     try:
         failed, tape = follow(path, parameters, memory_at_rest(rig, joints), run, tape)
     except ZeroDivisionError:

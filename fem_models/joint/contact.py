@@ -74,6 +74,9 @@ def require_open(rig: Rig, joints: JointRow, joint_angles_rad: Floats) -> None:
     """
     if rig.closure is not None or joints.first.closure_angle_rad == math.inf:  # of measured joints
         return
+    least = min(joint.closure_angle_rad for joint in (joints.each[:1] if joints.alike else joints.each))
+    if -least <= joint_angles_rad.min() and joint_angles_rad.max() <= least:  # nearly all runs: at a glance
+        return
     limit = joints.of("closure_angle_rad")
     closing = joint_angles_rad if joints.first.one_sided else np.abs(joint_angles_rad)
     past = np.argwhere(closing > limit)

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fem_models.joint.half_notch import LEFT, NODES, RIGHT, WEIGHTS, half_notch
-from fem_models.joint.roots import root_length
+from fem_models.joint.roots import root_length_of_one
 from fem_models.joint.section import root_section, section
 from fem_models.rig import Rig
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
@@ -96,7 +96,7 @@ def root_length_mm(joint: NotchedTube) -> float:
     """
     wall = (joint.tube.outer_diameter_mm - joint.tube.inner_diameter_mm) / 2
     arc = root_section(joint).area_mm2 / wall / (1 if joint.one_sided else 2)
-    return arc * float(root_length(joint.cut.spacing_mm / 2 / arc))
+    return arc * root_length_of_one(joint.cut.spacing_mm / 2 / arc)
 
 
 def flexure(rig: Rig) -> Flexure:

@@ -201,7 +201,7 @@ class NotchedTube:
         """Whether all notches are equal."""
         return self.notch.alike
 
-    @property
+    @cached_property
     def cut(self) -> Cut:
         """The notch, where all are equal.
 

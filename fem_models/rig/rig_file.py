@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, fields
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +64,7 @@ _TABLES: dict[str, type] = {
     "tip_mass": TipMass,
 }
 _JOINT_TABLES = ("tube", "notch", "bench")
+_PARTS = {f.name for f in fields(Rig)} - {"joint"} | set(_JOINT_TABLES)
 
 
 def numbers_of_a_rig() -> dict[str, bool]:
@@ -77,26 +79,34 @@ def numbers_of_a_rig() -> dict[str, bool]:
 
 
 def build(table_name: str, table: object, where: str) -> Any:
-    """Make the dataclass of a TOML table; a RigError names unknown and missing keys."""
-    cls = _TABLES[table_name]
+    """Make the dataclass of a TOML table; a RigError names unknown and missing keys.
+
+    Tables of single values are remembered: a study makes rigs by the thousand, and few of their tables differ.
+    """
     if not isinstance(table, Mapping):
         raise RigError(f"{where}: [{table_name}] = {quoted(table)}: expected a table")
-    known = {f.name: f for f in fields(cls)}
-    _require_sane_integers(table, where, f"{table_name}.")
-    for key in table:
-        if (table_name, key) == ("notch", "turn_deg"):
-            raise RigError(f"{where}: notch.turn_deg = {quoted(table[key])}: {IN_SPACE}")
-        if key not in known:
-            raise RigError(
-                f"{where}: {table_name}.{as_given(key)} = {quoted(table[key])}: expected one of {listed(known)}"
-            )
-    for key, f in known.items():
-        if key not in table and f.default is MISSING:
-            raise RigError(f"{where}: {table_name}.{key}: missing, expected in [{table_name}]")
+    values = tuple(table.values())
+    make = _made if all(isinstance(value, float | int | str) for value in values) else _made.__wrapped__
     try:
-        return cls(**table)
+        return make(table_name, tuple(table), *values)
     except RigError as error:
         raise RigError(f"{where}: {error}") from None
+
+
+@lru_cache(maxsize=1024, typed=True)
+def _made(table_name: str, keys: tuple[str, ...], *values: Any) -> Any:
+    cls, table = _TABLES[table_name], dict(zip(keys, values, strict=True))
+    known = {f.name: f for f in fields(cls)}
+    _require_sane_integers(table, f"{table_name}.")
+    for key, value in table.items():
+        if (table_name, key) == ("notch", "turn_deg"):
+            raise RigError(f"notch.turn_deg = {quoted(value)}: {IN_SPACE}")
+        if key not in known:
+            raise RigError(f"{table_name}.{as_given(key)} = {quoted(value)}: expected one of {listed(known)}")
+    for key, f in known.items():
+        if key not in table and f.default is MISSING:
+            raise RigError(f"{table_name}.{key}: missing, expected in [{table_name}]")
+    return cls(**table)
 
 
 def notch_of_rows(rows: Sequence[object], where: str) -> Mapping[str, Value]:
@@ -225,15 +235,17 @@ def _planar_rig(data: dict[str, Any], where: str, name: str) -> Rig:
     for side in sides:
         if both or side in data:
             data[side] = {**both, **data.get(side, {})}
-    known = {f.name for f in fields(Rig)} - {"joint"} | set(_JOINT_TABLES)
     for key in data:
-        if key not in known:
-            expected = listed(sorted(known | {"tendon", "tendons"}))
+        if key not in _PARTS:
+            expected = listed(sorted(_PARTS | {"tendon", "tendons"}))
             raise RigError(f"{where}: {as_given(key)} = {quoted(data[key])}: expected one of {expected}")
     for key in ("material", *sides, "wheel", "preload_N"):
         if key not in data:
             raise RigError(f"{where}: {key}: missing, expected in a rig file")
-    _require_sane_integers(data, where)
+    try:
+        _require_sane_integers(data)
+    except RigError as error:
+        raise RigError(f"{where}: {error}") from None
     if not isinstance(data.get("name", ""), str):
         raise RigError(f"{where}: name = {quoted(data['name'])}: expected text")
     parts = {k: build(k, v, where) if k in _TABLES else v for k, v in data.items()}
@@ -273,9 +285,9 @@ def _joint(
     raise RigError(f"rig {rig}: expected either [tube] and [notch], or measured joints")
 
 
-def _require_sane_integers(table: Mapping[str, Any], where: str, prefix: str = "") -> None:
+def _require_sane_integers(table: Mapping[str, Any], prefix: str = "") -> None:
     """Refuse integers beyond 64 bits, which TOML forbids but its reader accepts: they overflow as floats."""
     for key, value in table.items():
         for one in value if isinstance(value, list) else (value,):
             if isinstance(one, int) and not -(2**63) <= one < 2**63:
-                raise RigError(f"{where}: {prefix}{as_given(key)} = {quoted(one)}: expected an integer of 64 bits")
+                raise RigError(f"{prefix}{as_given(key)} = {quoted(one)}: expected an integer of 64 bits")

@@ -19,6 +19,8 @@ IN_SPACE = (
     "expected a planar rig here"
 )
 """End of the message of everything that knows planar rigs only."""
+_LOADS = ("tendons", "tip_load", "gravity", "tip_mass")
+"""Keys that may say something of space, beside the turn of the notches."""
 _PLANAR = (((0.0,), (1,)), ((0.0, 180.0), (1, 1)))
 """Angles and wheels of the tendons of planar rigs."""
 
@@ -69,7 +71,9 @@ def split_tables(tables: Mapping[str, Any], where: str) -> tuple[dict[str, Any],
     RigError
         One line with ``where``, key, value and what was expected.
     """
-    data = dict(tables)
+    data, notch = dict(tables), tables.get("notch")
+    if data.keys().isdisjoint(_LOADS) and not (isinstance(notch, Mapping) and "turn_deg" in notch):
+        return data, None
     turns = _turns(data, where)
     angles, wheels = _tendons(data, where)
     force = _tip_force(data, where)

@@ -9,6 +9,7 @@ depends on n and the number of rows alone, not on the covariance, so the critica
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
@@ -23,6 +24,7 @@ LEAST_RECORDS = 6
 MOST_CHANGES = 3
 _EDGE = 2  # records on either side of a change, at least
 _DRAWS = 4_000
+_BEYOND = 4  # draws beyond a critical value, at least
 _CONFIDENCE = 0.95
 
 
@@ -67,7 +69,8 @@ def change_points(values: Floats, false_alarm: float, *, most: int = MOST_CHANGE
     while len(found) < most:
         by_column, columns = _ratios(values, known)
         best = int(np.argmax(by_column))
-        chance = _largest_by_chance(n, p, tuple((one.first, one.shape) for one in found))
+        draws = max(_DRAWS, math.ceil(_BEYOND / false_alarm))
+        chance = _largest_by_chance(n, p, tuple((one.first, one.shape) for one in found), draws)
         probability = (1.0 + float((chance >= by_column[best]).sum())) / (1.0 + chance.size)
         if probability > false_alarm:
             break
@@ -112,8 +115,9 @@ def _ratios(values: Floats, known: list[Floats]) -> tuple[Floats, list[tuple[int
 
 
 @lru_cache(maxsize=64)
-def _largest_by_chance(n: int, p: int, found: tuple[tuple[int, Shape], ...]) -> Floats:
+def _largest_by_chance(n: int, p: int, found: tuple[tuple[int, Shape], ...], draws: int) -> Floats:
     """Largest ratios of steady devices, shape (draws,), beside the changes that were found."""
     rng = np.random.default_rng(3)
     known = [np.ones(n), *(column(n, *one) for one in found)]
-    return _ratios(rng.standard_normal((_DRAWS, n, p)), known)[0].max(axis=1)
+    sizes = [min(_DRAWS, draws - start) for start in range(0, draws, _DRAWS)]
+    return np.concatenate([_ratios(rng.standard_normal((size, n, p)), known)[0].max(axis=1) for size in sizes])

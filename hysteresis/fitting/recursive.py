@@ -161,12 +161,15 @@ def updated(before: Recursion, f_deg: float, angle_deg: float) -> Recursion:
     direction, root = phi @ before.root, before.root
     seen = float(direction @ direction)
     most = CLIPPED * settings.noise_deg * math.sqrt(1.0 + seen)
-    gain = root @ direction * (min(most, max(-most, error)) / (settings.noise_deg * (1.0 + seen)))
+    clipped = min(most, max(-most, error))
+    gain = root @ direction * (clipped / (settings.noise_deg * (1.0 + seen)))
     wanted = np.array([now.zero_deg, now.gain, now.width]) + np.array(settings.scale) * gain
     held = np.clip(wanted, settings.lowest, settings.highest)
     drift = Drift(*held.tolist())
     share = 1.0 - settings.forgetting
-    mean_square = settings.forgetting * before.mean_square_deg2 + share * error**2
+    mean_square = (
+        settings.forgetting * before.mean_square_deg2 + share * clipped**2
+    )  # one lost reading is not another device
     outside = mean_square > (settings.outside * settings.noise_deg) ** 2
     return replace(
         moved,

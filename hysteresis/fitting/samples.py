@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hysteresis.arrays import Floats, Ints, Mask
-from hysteresis.records.path import branches, cycle_index
+from hysteresis.records.path import branches, cycle_index, turning_points
 from hysteresis.records.record import Record
 
 _ENOUGH_CYCLES = 8  # training cycles from which a bootstrap draws whole cycles; below, pieces of branches
@@ -22,7 +22,7 @@ class Samples:
 
     Records follow one another; ``starts`` are their first samples. ``time_s`` and ``history``, the times and drives of
     each complete record, are present if the drive may act with a delay. ``blocks`` numbers the blocks that a bootstrap
-    draws.
+    draws. ``turns`` are the samples at which the drive turns, which stay when others are left out.
     """
 
     drive: Floats
@@ -32,6 +32,7 @@ class Samples:
     time_s: Floats | None = None
     history: tuple[tuple[Floats, Floats], ...] = ()
     blocks: Ints | None = None
+    turns: Mask | None = None
 
     def slices(self) -> list[slice]:
         """Return the samples of each record."""
@@ -62,11 +63,15 @@ class Samples:
         keep = np.zeros(len(self.drive), dtype=bool)
         for start, end in zip(self.starts, ends, strict=True):
             keep[start:end:every] = True
-            keep[[start, *(start + branch.stop - 1 for branch in branches(self.drive[start:end]))]] = True
+            keep[[start, end - 1]] = True
+        if self.turns is not None:
+            keep |= self.turns & (np.arange(keep.size) < np.repeat(ends, np.diff([*self.starts, keep.size])))
         starts = tuple(int(keep[:start].sum()) for start in self.starts)
         time = None if self.time_s is None else self.time_s[keep]
         blocks = None if self.blocks is None else self.blocks[keep]
-        return Samples(self.drive[keep], self.angle_deg[keep], self.train[keep], starts, time, self.history, blocks)
+        turns = None if self.turns is None else self.turns[keep]
+        few = self.drive[keep], self.angle_deg[keep], self.train[keep]
+        return Samples(*few, starts, time, self.history, blocks, turns)
 
 
 def join(records: Sequence[Record], train: Sequence[Mask], *, timed: bool = False) -> Samples:
@@ -91,7 +96,15 @@ def join(records: Sequence[Record], train: Sequence[Mask], *, timed: bool = Fals
         np.concatenate(times) if times else None,
         tuple((time, r.drive) for time, r in zip(times, records, strict=True)) if times else (),
         _blocks(records, train),
+        np.concatenate([_turns(record) for record in records]),
     )
+
+
+def _turns(record: Record) -> Mask:
+    """Mark the samples at which the drive turns; of a record that was thinned, all of them: it kept no others."""
+    out = np.zeros(record.drive.size, dtype=bool)
+    out[turning_points(record.drive, noisy=not record.left_out)] = True
+    return out
 
 
 def _blocks(records: Sequence[Record], train: Sequence[Mask]) -> Ints:

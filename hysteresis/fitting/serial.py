@@ -18,9 +18,9 @@ from hysteresis.fitting.uncertainty import Uncertainty, linearise, student_quant
 
 MOST_ORDER = 4
 _ROUNDS = 3  # in which what the fit took out is added
-_LONGEST = 200  # lags of the covariance
+_LONGEST = 400  # lags of the covariance
 _FORGOTTEN = 1e-3  # of the variance: a covariance that is smaller counts as none
-_MOST_CORRELATED = 0.98  # sum of the coefficients of an autoregression
+_SLOWEST = 0.98  # root of an autoregression: it forgets at least so fast
 
 
 def serial_uncertainty(samples: Samples, form: Form, point: Point) -> Uncertainty:
@@ -72,9 +72,9 @@ def _covariances(lags: Floats, order: int) -> Floats:
     if order == 0:
         return lags[:1]
     coefficients = _coefficients(lags, order)
-    total = float(np.abs(coefficients).sum())
-    if total > _MOST_CORRELATED:
-        coefficients = coefficients * _MOST_CORRELATED / total
+    slowest = float(np.abs(np.roots([1.0, *-coefficients])).max())
+    if slowest > _SLOWEST:
+        coefficients = coefficients * (_SLOWEST / slowest) ** np.arange(1, order + 1)
     found = list(lags[: order + 1])
     while len(found) < _LONGEST and max(map(abs, found[-order:])) > _FORGOTTEN * lags[0]:
         found.append(float(coefficients @ found[: -order - 1 : -1]))

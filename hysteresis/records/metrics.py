@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
+from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -156,12 +157,90 @@ class LoopsOverDrive:
         ValueError
             A shape that differs from that of the drive, or a value that is not finite.
         """
-        x, y = _rows("drive", self.drive, "angle", angle_deg)
-        rows = np.array([np.interp(self.grid, c.grid, c.width(y), left=0.0, right=0.0) for c in self.cycles])
-        width = _lag_sign(x, y) * (rows.sum(axis=0) / self.reached)
-        k = int(np.argmax(np.abs(width)))
-        at_zero = float(np.interp(0.0, self.grid, width)) if self.grid[0] <= 0 <= self.grid[-1] else None
-        return LoopWidth(float(abs(width[k])), float(self.grid[k]), at_zero, self.grid, width)
+        y, grid, places = np.asarray(angle_deg, dtype=float), self.grid, self._places
+        if y.shape != self.drive.shape or not np.isfinite(y).all():
+            _rows("drive", self.drive, "angle", y)
+        means = places.means(y)
+        widths = np.zeros(places.down.before.size + 1)  # of all cycles, end to end; then what is outside of one
+        widths[:-1] = places.down.of(means) - places.up.of(means)
+        width = _lag_sign(places.centred, y) * (places.onto.of(widths).sum(axis=0) / self.reached)
+        k = int(np.abs(width).argmax())
+        at_zero = float(np.interp(0.0, grid, width)) if grid[0] <= 0 <= grid[-1] else None
+        return LoopWidth(float(abs(width[k])), float(grid[k]), at_zero, grid, width)
+
+    @cached_property
+    def _places(self) -> _Places:
+        branches = [branch for cycle in self.cycles for branch in (cycle.up, cycle.down)]
+        begin = np.cumsum([0] + [branch.size.size for branch in branches])
+        up, down = (
+            _joined([_lookup(c.grid, getattr(c, way).drive, begin[2 * n + k]) for n, c in enumerate(self.cycles)])
+            for k, way in enumerate(("up", "down"))
+        )
+        start = np.cumsum([0] + [c.grid.size for c in self.cycles])
+        onto = [_lookup(self.grid, c.grid, start[n], outside=start[-1]) for n, c in enumerate(self.cycles)]
+        return _Places(
+            centred=self.drive - self.drive.mean(),
+            samples=np.concatenate([branch.samples for branch in branches]),
+            number=np.concatenate([branch.number + first for branch, first in zip(branches, begin, strict=False)]),
+            size=np.concatenate([branch.size for branch in branches]),
+            up=up,
+            down=down,
+            onto=_Lookup(*(np.array(parts) for parts in zip(*onto, strict=True))),
+        )
+
+
+class _Lookup(NamedTuple):
+    """Places of a linear interpolation in a row of values: from one, the way over the gap to another one."""
+
+    before: Ints
+    after: Ints
+    gap: Floats
+    way: Floats
+
+    def of(self, values: Floats) -> Floats:
+        """Interpolate, to the last bit as ``np.interp``."""
+        low = values[self.before]
+        return np.asarray((values[self.after] - low) / self.gap * self.way + low)
+
+
+def _lookup(at: Floats, x: Floats, first: int, outside: int | None = None) -> _Lookup:
+    """Find values at ``at`` among those at ``x``, increasing, the first of which has the place ``first``.
+
+    ``outside`` is the place of the value beyond both ends.
+    """
+    j = np.searchsorted(x, at, side="right") - 1
+    inside = (j >= 0) & (at <= x[-1])
+    j, last = np.maximum(j, 0), x.size - 1
+    after = np.minimum(j + 1, last)
+    within = inside & (j < last)
+    before, behind = j + first, after + first
+    if outside is not None:
+        before, behind = np.where(inside, before, outside), np.where(inside, behind, outside)
+    return _Lookup(before, behind, np.where(within, x[after] - x[j], 1.0), np.where(within, at - x[j], 0.0))
+
+
+def _joined(parts: Sequence[_Lookup]) -> _Lookup:
+    return _Lookup(*(np.concatenate(one) for one in zip(*parts, strict=True)))
+
+
+class _Places(NamedTuple):
+    """Where a width finds its samples: those of all branches, their bins end to end, and what lies between them."""
+
+    centred: Floats  # shape (m,), drive less its mean
+    samples: Ints
+    number: Ints
+    size: Ints
+    up: _Lookup  # of all cycles, end to end, among the bins
+    down: _Lookup
+    onto: _Lookup  # shape (cycles, k): at the grid of all, among the widths of the cycles
+
+    def means(self, y: Floats) -> Floats:
+        """Mean of the samples of each bin."""
+        if self.size.size == self.samples.size:  # one each: their order alone changes
+            out = np.empty(self.size.size)
+            out[self.number] = y[self.samples]
+            return out
+        return np.asarray(np.bincount(self.number, y[self.samples]) / self.size)
 
 
 def loops_over(drive: ArrayLike, cycle: ArrayLike) -> LoopsOverDrive:
@@ -202,7 +281,7 @@ def dissipated_area(drive: ArrayLike, angle_deg: ArrayLike, cycle: ArrayLike | N
         No closed cycle, or arrays of different shapes.
     """
     x, y, loops = _complete_cycles(drive, angle_deg, cycle)
-    return -_lag_sign(x, y) * _mean_integral(x, y, loops)
+    return -_lag_sign(x - x.mean(), y) * _mean_integral(x, y, loops)
 
 
 def _complete_cycles(drive: ArrayLike, value: ArrayLike, cycle: ArrayLike | None) -> tuple[Floats, Floats, list[slice]]:
@@ -232,9 +311,9 @@ def _is_closed(x: Floats) -> bool:
     return bool(abs(x[0] - x[-1]) <= max(_CLOSED * np.ptp(x), abs(x[-1] - x[-2])))
 
 
-def _lag_sign(x: Floats, y: Floats) -> float:
-    """Return -1 for an angle that falls with the drive, else 1, also for a loop with almost no slope."""
-    u, v = x - x.mean(), y - y.mean()
+def _lag_sign(u: Floats, y: Floats) -> float:
+    """Return -1 for an angle that falls with the drive less its mean, else 1, also for a loop with almost no slope."""
+    v = y - y.mean()
     return -1.0 if u @ v < -0.1 * np.sqrt((u @ u) * (v @ v)) else 1.0
 
 
@@ -258,9 +337,6 @@ class _Branch(NamedTuple):
     number: Ints  # shape (n,), of the bin of each
     size: Ints  # shape (b,), of each bin
 
-    def mean(self, y: Floats) -> Floats:
-        return np.asarray(np.bincount(self.number, y[self.samples]) / self.size)
-
 
 class _Cycle(NamedTuple):
     """One cycle over the drives that both its branches cover."""
@@ -268,11 +344,6 @@ class _Cycle(NamedTuple):
     grid: Floats
     up: _Branch
     down: _Branch
-
-    def width(self, y: Floats) -> Floats:
-        """Falling branch less rising one, at the grid."""
-        down, up = self.down.mean(y), self.up.mean(y)
-        return np.asarray(np.interp(self.grid, self.down.drive, down) - np.interp(self.grid, self.up.drive, up))
 
 
 def _cycle_over(x: Floats, where: slice) -> _Cycle | None:

@@ -16,6 +16,8 @@ if TYPE_CHECKING:  # records have a loop width, which is measured with this
 _SAME_DRIVE = 0.05  # of the drive's range: two samples count as the same drive
 _TAKES_HOLD = 0.1  # of the drive's range: a shorter stroke at the beginning is a drive that takes hold
 _MOST_TO_AND_FRO = 3  # such strokes
+NOISE_OF_SECOND_DIFFERENCES = 1.4826 / 6.0**0.5
+"""Standard deviation of white noise over the median size of its second differences."""
 _SAME_ANGLE = 0.02  # of the angle's range: two samples count as the same angle
 
 
@@ -58,6 +60,19 @@ def branches(drive: Floats, *, tolerance: float | None = None) -> list[slice]:
     # The first entry found is the start of the first branch, not a reversal. That branch starts at sample 0.
     ends = [0, *reversals[2:], len(values) - 1]
     return [slice(a, b + 1) for a, b in pairwise(ends)]
+
+
+def turning_points(drive: Floats, *, noisy: bool = True) -> Ints:
+    """Give the samples at which the drive turns by more than its noise: all that a law with a memory needs, shape (n,).
+
+    Those of :func:`branches`, and those of strokes shorter than 2 % of the range, down to a thousandth of it or to
+    eight times the noise, which second differences show. What is not ``noisy`` has none.
+    """
+    extent = float(np.ptp(drive))
+    bends = np.abs(np.diff(drive, 2)) if noisy and drive.size > 2 else np.zeros(1)
+    noise = NOISE_OF_SECOND_DIFFERENCES * float(np.median(bends))
+    tolerance = min(0.02 * extent, max(1e-3 * extent, 8.0 * noise))
+    return np.array([branch.stop - 1 for branch in branches(drive, tolerance=max(1e-9, tolerance))])
 
 
 def first_stroke(drive: Floats) -> slice:

@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 
 from hysteresis.arrays import Floats, Ints, Mask
-from hysteresis.records.path import branches, cycle_index
+from hysteresis.records.held import held_updates
+from hysteresis.records.path import branches, cycle_index, turning_points
 from hysteresis.records.record import FURTHER_DRIVES, Record
 
 WHOLE = 20_000
@@ -36,6 +37,7 @@ OFF = 6.0
 """Standard deviations of the mean angle of a cycle by which one that differs is off."""
 _PARTS = 4  # of the drive's range, in which the angles of a cycle are averaged
 _LEAST_NOISE = 1e-6  # of the angle's range
+_FAR = 3.0  # ranges of nine tenths of the angles from their median: a reading that was lost
 
 
 @dataclass(frozen=True)
@@ -57,13 +59,14 @@ def thinned(record: Record) -> Record:
     numbers = cycle_index(record)
     starts = np.concatenate([[0], np.flatnonzero(np.diff(numbers)) + 1])
     drives = [record.drive, *(one for one in (getattr(record, name) for name in FURTHER_DRIVES) if one is not None)]
-    turns = np.zeros(record.drive.size, dtype=bool)
+    turns, small = np.zeros((2, record.drive.size), dtype=bool)
     for drive in drives:
         turns[[part.stop - 1 for part in branches(drive)]] = True
+        small[turning_points(drive)] = True
     used = _used_cycles(record, drives, starts, turns)
     of_used = np.repeat(used.cycles, np.diff([*starts, record.drive.size]))
     every = max(1, round(int(of_used.sum()) / KEPT))
-    kept = np.flatnonzero(of_used & _some(record, of_used, starts, turns, every))
+    kept = np.flatnonzero(of_used & _some(record, of_used, starts, turns | small, every))
     words = _words(record, numbers[starts], used, every, kept.size)
     return replace(_only(record, kept), cycle=numbers[kept], left_out=words)
 
@@ -129,8 +132,10 @@ def _levels(record: Record, starts: Ints, turns: Mask) -> Floats:
     part = np.minimum((_PARTS * (drive - drive.min()) / max(float(np.ptp(drive)), 1e-300)).astype(int), _PARTS - 1)
     cycle = np.repeat(np.arange(count), np.diff([*starts, drive.size]))
     place = (cycle * 2 + up) * _PARTS + part
-    samples = np.bincount(place, minlength=2 * _PARTS * count)
-    sums = np.bincount(place, angle, minlength=2 * _PARTS * count)
+    low, middle, high = np.quantile(angle, [0.05, 0.5, 0.95])
+    read = np.abs(angle - middle) <= _FAR * (high - low)
+    samples = np.bincount(place, read, minlength=2 * _PARTS * count)
+    sums = np.bincount(place, np.where(read, angle, 0.0), minlength=2 * _PARTS * count)
     means = np.full(samples.size, np.nan)
     np.divide(sums, samples, out=means, where=samples > 0)
     levels = means.reshape(count, 2 * _PARTS)
@@ -140,7 +145,8 @@ def _levels(record: Record, starts: Ints, turns: Mask) -> Floats:
 def _some(record: Record, used: Mask, starts: Ints, turns: Mask, every: int) -> Mask:
     """Mark every so many of the samples that are used, turning points, and first and last samples of cycles.
 
-    Where a sensor repeats its values, the sample is the next one that changes: the others are older than their drive.
+    Where a sensor is slower than its log, the sample is the next one that changes: the others are older than their
+    drive. The steps of a coarse sensor are no such changes: at each it is half a step ahead of the angle.
     """
     if every == 1:
         return np.ones(used.size, dtype=bool)
@@ -149,8 +155,11 @@ def _some(record: Record, used: Mask, starts: Ints, turns: Mask, every: int) -> 
     some[starts[1:] - 1] = True
     some[-1] = True
     places = np.flatnonzero(used)[::every]
-    changes = np.append(np.flatnonzero(np.diff(record.angle_deg) != 0) + 1, used.size - 1)
-    some[changes[np.searchsorted(changes, places)]] = True
+    updates = held_updates(record.drive, record.angle_deg)
+    if updates is not None:
+        changes = np.append(np.flatnonzero(updates), used.size - 1)
+        places = changes[np.searchsorted(changes, places)]
+    some[places] = True
     return some
 
 

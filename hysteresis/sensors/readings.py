@@ -15,14 +15,12 @@ from pathlib import Path
 import numpy as np
 
 from hysteresis.arrays import Floats, Ints, Mask
+from hysteresis.records.held import held_updates
 from hysteresis.records.metrics import leap_between_cycles
 from hysteresis.records.path import branches, cycle_index
 from hysteresis.records.record import Record
 from hysteresis.sensors.lone_steps import leap_of_angle, without_lost_counts
 
-HELD_SHARE, HELD_STEP = 0.5, 3.0
-"""Part of the values that are equal to the one before, and median change in steps of the sensor, from which a sensor
-counts as slower than its log."""
 SPIKE, SPIKE_APART = 8.0, 0.3
 """Least distance of a spike from its neighbours over its usual size, and largest distance of these neighbours from
 theirs over that of the spike: of a leap it is 1, of a kink about one half."""
@@ -36,6 +34,8 @@ FAR, ABOUT, LEAST_FAR, MOST_FAR = 6.0, 8, 0.05, 0.1
 """Distance of a lost reading from the median of as many samples on either side, over the middle three fifths of their
 range; least one over the range of nine tenths of the record; and the largest part of a record's samples that are lost.
 The widest distance of noise is 10 times its sigma."""
+LEAP = 2.0
+"""Least step into or out of lost readings, over the step that three of four samples keep to."""
 UNORDERED = 0.15
 """Median step of the drive over its range from which rows are in no order."""
 MAD_TO_SIGMA = 1.4826
@@ -85,8 +85,17 @@ def readings_of(record: Record, seen: int | None = None) -> Readings:
         held = round(float(np.median(np.diff(np.flatnonzero(updates)))))
         return Readings(updates & ~lost, held, _places(lost), leap_deg)
     spikes = isolated_spikes(record.angle_deg, record.time_s)
+    spikes &= ~_driven(record.drive, spikes)
     spikes = lost | (spikes & (~_turns(record.drive) | _is_far_off(record, spikes)))
     return Readings(~spikes, spikes=_places(spikes), leap_deg=leap_deg)
+
+
+def _driven(drive: Floats, spikes: Mask) -> Mask:
+    """Whether the drive itself is elsewhere for a moment than between its neighbours, shape (m,): no spike then."""
+    off = np.abs(drive - filled(drive, ~spikes))
+    usual = float(np.quantile(np.abs(np.diff(drive)), 0.75))
+    turned = 0.51 * (MOST_ALONE + 1) * usual  # where the drive turns amid the longest spike
+    return np.asarray(off > max(turned, 1e-9 * float(np.ptp(drive))))
 
 
 def _without(record: Record, lost: Mask) -> Record:
@@ -236,23 +245,6 @@ def _leap_words(record: Record, number: int) -> str:
     )
 
 
-def held_updates(drive: Floats, angle_deg: Floats) -> Mask | None:
-    """Find the samples at which a held value changes, shape (m,); None where values are not held.
-
-    Held are values most of which are equal to the one before while the drive moves, and which change by several of
-    the sensor's steps: a coarse sensor also repeats its values, but it then goes on by one step.
-    """
-    change = np.abs(np.diff(angle_deg))
-    moves = np.diff(drive) != 0
-    leaps = change[change > 0]
-    if not moves.any() or leaps.size == 0 or float(np.mean(change[moves] == 0)) < HELD_SHARE:
-        return None
-    steps = np.diff(np.unique(np.round(angle_deg, 9)))
-    if float(np.median(leaps)) < HELD_STEP * float(np.quantile(steps, 0.1)):
-        return None
-    return np.concatenate([[False], change > 0])  # the first value may be older than the record
-
-
 def lost_readings(drive: Floats, angle_deg: Floats) -> Mask:
     """Find the samples that are far from all about them, while the drive is not, shape (m,).
 
@@ -260,8 +252,18 @@ def lost_readings(drive: Floats, angle_deg: Floats) -> Mask:
     """
     if angle_deg.size < LEAST_SPIKE_RECORD:
         return np.zeros(angle_deg.size, dtype=bool)
-    lost = _far(angle_deg) & ~_far(drive)
+    lost = _entered_by_a_leap(_far(angle_deg) & ~_far(drive), angle_deg)
     return lost if lost.mean() <= MOST_FAR else np.zeros_like(lost)
+
+
+def _entered_by_a_leap(lost: Mask, angle_deg: Floats) -> Mask:
+    """Leave out runs of samples that begin and end by steps as the record has them: the tube moves on behind a rest."""
+    steps = np.abs(np.diff(angle_deg, prepend=angle_deg[:1], append=angle_deg[-1:]))
+    usual, out = LEAP * float(np.quantile(steps, 0.75)), lost.copy()
+    edges = np.flatnonzero(np.diff(lost, prepend=False, append=False))
+    for first, end in edges.reshape(-1, 2):
+        out[first:end] = max(steps[first], steps[end]) > usual
+    return out
 
 
 def _far(values: Floats) -> Mask:

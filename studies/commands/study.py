@@ -52,12 +52,15 @@ def study(
     """Run a parametric study; a study that was stopped or extended runs only the cases that are missing."""
     require_extra("study", "notchbend study")
     from studies.sweep import over_ensemble, read_study
+    from studies.sweep.forks import begin_forking
     from studies.sweep.study_file import files_of_study
 
     definition = read_study(file, seed=seed)
     if over.ensemble:
         definition = over_ensemble(definition)
     replacing.allow(files_of_study(definition, out))
+    if where.scheduler is None:
+        begin_forking()
     from studies.sweep import run_study  # Dask takes a second
 
     summary = run_study(

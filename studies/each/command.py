@@ -47,7 +47,7 @@ def identify_folder(
         raise RecordError(f"{records[0]}: with --each {many.each}: expected one of the two")
     table = out / f"fits.{many.table}"
     files = [table, out / SUMMARY, out / PAGE]
-    paths = records_of(many.each, leave_out=[table])
+    paths = records_of(many.each, leave_out=[out / f"fits.{suffix}" for suffix in ("csv", "parquet")])
     require_kept(out, files, paths)
     replacing.allow(files)
     if many.table == "parquet":

@@ -45,8 +45,11 @@ def records_of(folder: Path, leave_out: Sequence[Path] = ()) -> list[Path]:
     """
     if not folder.is_dir():
         raise RecordError(f"{folder}: expected a folder of records")
-    files = sorted(path for path in folder.iterdir() if path.suffix.lower() == ".csv" and path.is_file())
-    out = [path for path in files if not path.stem.endswith(".kinematics") and path not in leave_out]
+    files = sorted(
+        path for path in folder.iterdir() if path.suffix.lower() == ".csv" and (path.is_file() or path.is_symlink())
+    )
+    others = {path.resolve() for path in leave_out}
+    out = [path for path in files if not path.stem.endswith(".kinematics") and path.resolve() not in others]
     if not out:
         raise RecordError(f"{folder}: no CSV in it: expected a folder of records")
     return out
@@ -91,12 +94,9 @@ def _done(
 ) -> Iterator[list[FittedDevice]]:
     """Give the result of each part in order; where a worker ends, the parts behind are fitted one by one."""
     count = 0
-    for part in parts[:1]:  # compiles here what the workers then have
-        count += 1
-        yield work(part)
     try:
         with crew(workers) as staff:
-            for found in map(work, parts[1:]) if staff.pool is None else staff.pool.map(work, parts[1:]):
+            for found in map(work, parts) if staff.pool is None else staff.pool.map(work, parts):
                 count += 1
                 yield found
     except BrokenExecutor:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import lru_cache
@@ -13,7 +13,8 @@ from functools import lru_cache
 import numpy as np
 
 from fem_models.analytic import simulate_analytic
-from fem_models.chain.solve import chain_case, followed, solve_chain, strain_of_run, tip_angle_deg
+from fem_models.chain.extremes import extremes_of_run
+from fem_models.chain.solve import ChainCase, chain_case, followed, solve_chain
 from fem_models.joint import joint_row
 from fem_models.joint.strain import largest_strains, peak_strain, strain_limits
 from fem_models.load import LoadProgram, sine, triangle
@@ -50,19 +51,34 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Run:
-    """A simulation that the quantities are computed from.
+    """What the quantities are computed from.
 
-    ``angle_deg`` has shape (m,), ``notches_deg`` (m, N); ``segments_N``, shape (m, tendons, k), are the tensions along
-    the tendons; ``work_mJ``, shape (m,), is the work of the wheel, None for the analytic model; ``strain`` has the
-    shape (m, N). ``record`` gives the record, which few quantities need.
+    ``angle_deg`` has shape (m,). ``bent_deg``, shape (N,), are the angles of the notches where the manipulator bends
+    most. Tensions are those anywhere along the tendons. ``work_mJ``, shape (m,), is the work of the wheel, None for the
+    analytic model. ``strains`` are those of :func:`fem_models.joint.strain.largest_strains`, NaN where they are not
+    known. ``record`` gives the record, which few quantities need.
     """
 
     angle_deg: Floats
-    notches_deg: Floats
-    segments_N: Floats
+    bent_deg: Floats
+    tension_min_N: float
+    tension_max_N: float
     work_mJ: Floats | None
-    strain: Floats
+    strains: Mapping[str, float]
     record: Callable[[], Record]
+
+
+def _run_of(record: Record, segments_N: Floats, strain: Floats, work_mJ: Floats | None) -> Run:
+    """Reduce a record, with tensions along the tendons of shape (m, ...) and strains of shape (m, N)."""
+    assert record.notches_deg is not None
+    angle = record.angle_deg
+    bent, low, high = record.notches_deg[_most(angle)], float(segments_N.min()), float(segments_N.max())
+    return Run(angle, bent, low, high, work_mJ, largest_strains(strain), lambda: record)
+
+
+def _most(angle_deg: Floats) -> int:
+    """Sample at which the manipulator bends most."""
+    return int(np.abs(angle_deg).argmax())
 
 
 def program_of_table(table: ProgramTable, *, one_way: bool = False) -> LoadProgram:
@@ -113,18 +129,57 @@ def _one_way(whole: LoadProgram, amplitude: float, rate_Hz: float | None) -> Loa
 
 def evaluate(key: str, inputs: CaseInputs) -> Outcome:
     """Run one case; an error becomes its message."""
-    start, found, message = time.perf_counter(), dict[str, float](), ""
-    names = quantity_names(inputs.engine, inputs.groups)
-    try:
-        _evaluate(inputs, found)
-    except Exception as error:  # a case that fails must not stop the study
-        message = " ".join((str(error) or type(error).__name__).split())
-    quantities = {name: float(found.get(name, math.nan)) for name in names}
-    return Outcome(key, "failed" if message else "ok", message, time.perf_counter() - start, quantities)
+    (outcome,) = evaluate_all([(key, inputs)])
+    return outcome
 
 
-def _evaluate(inputs: CaseInputs, found: Quantities) -> None:
-    """Fill ``found`` group by group, so that the groups computed before a failure are kept."""
+# Exudyn and gmsh have global state: the threads of a worker must not use them at the same time.
+_ONE_AT_A_TIME = threading.Lock()
+
+
+def evaluate_all(batch: Sequence[tuple[str, CaseInputs]]) -> list[Outcome]:
+    """Run a batch of cases; this is the task of a worker.
+
+    All make their first step, then all their next one: a processor that does the same again is twice as fast as one
+    that comes back from a kernel. No number of a case depends on the others.
+    """
+    with _ONE_AT_A_TIME if any(inputs.engine in ("multibody", "solid") for _, inputs in batch) else nullcontext():
+        running = [_Running(key, inputs) for key, inputs in batch]
+        left = running
+        while left:
+            left = [one for one in left if one.goes_on()]
+        return [one.outcome() for one in running]
+
+
+class _Running:
+    """A case on its way."""
+
+    def __init__(self, key: str, inputs: CaseInputs) -> None:
+        self.key, self.names = key, quantity_names(inputs.engine, inputs.groups)
+        self.message, self.wall_s, self.found = "", 0.0, dict[str, float]()
+        self.steps = _steps(inputs, self.found)
+
+    def goes_on(self) -> bool:
+        """Make the next step; False after the last one, and where it fails."""
+        start = time.perf_counter()
+        try:
+            next(self.steps)
+        except StopIteration:
+            return False
+        except Exception as error:  # a case that fails must not stop the study
+            self.message = " ".join((str(error) or type(error).__name__).split())
+            return False
+        finally:
+            self.wall_s += time.perf_counter() - start
+        return True
+
+    def outcome(self) -> Outcome:
+        quantities = {name: float(self.found.get(name, math.nan)) for name in self.names}
+        return Outcome(self.key, "failed" if self.message else "ok", self.message, self.wall_s, quantities)
+
+
+def _steps(inputs: CaseInputs, found: Quantities) -> Iterator[None]:
+    """Fill ``found`` group by group, so that the groups computed before a failure are kept; step by step."""
     # with_values raises here, as it did when the case was made: its error becomes the message of the case
     tables: CaseTables = inputs if inputs.values is None else with_values(inputs, inputs.values)
     where = f"rig {tables.rig.get('name', '')}"
@@ -141,12 +196,19 @@ def _evaluate(inputs: CaseInputs, found: Quantities) -> None:
     if engine == "solid":
         found |= _solid(rig, program)
         return
-    run = _RUN[engine](rig, program)
+    if engine == "chain":
+        yield
+        case = chain_case(rig, program)
+        yield
+        run = _run_chain(rig, program, case)
+    else:
+        run = (_run_multibody if engine == "multibody" else _run_analytic)(rig, program)
+    yield
     if "loop" in groups:
         loops = None if engine == "analytic" else _loops(tables.program, one_way)
         found |= _loop(rig, program, run, loops)
     if "strain" in groups:
-        found |= _strain(rig, run.strain)
+        found |= _strain(rig, run.strains)
     if "notches" in groups:
         found |= _notches(run)
     if "contributions" in groups:
@@ -166,52 +228,46 @@ def _named(group: str) -> Iterator[None]:
         raise RuntimeError(f"{group}: {error}") from error
 
 
-def _run_chain(rig: Rig, program: LoadProgram) -> Run:
+def _run_chain(rig: Rig, program: LoadProgram, case: ChainCase) -> Run:
     """Run the chain without its record, whose checks would cost a third of the simulation.
 
     Numbers that a record does not take are refused as it refuses them.
     """
-    case = chain_case(rig, program)
     done, _ = followed(rig, case)
-    angle, notches, wheel_N = tip_angle_deg(done), np.degrees(done.angles), done.tensions[:, :, 0]
-    strain = strain_of_run(case.joints, done)
-    work = done.energies[:, 0]
+    ends = extremes_of_run(case.joints, done, len(rig.tendons))
+    angle, strains = np.degrees(ends.tip_rad), {"peak": ends.peak_strain, "alternating": ends.alternating_strain}
     run = Run(
-        angle, notches, done.tensions[:, : len(rig.tendons)], work, strain, lambda: solve_chain(rig, program).record
-    )
-    if not all(np.abs(part).max() <= MAX_MAGNITUDE for part in (angle, notches, wheel_N)):
+        angle, np.degrees(done.angles[_most(angle)]), ends.tension_min_N, ends.tension_max_N, done.energies[:, 0],
+        strains, lambda: solve_chain(rig, program).record,
+    )  # fmt: skip
+    largest = (float(np.abs(angle).max()), math.degrees(ends.steepest_rad), -ends.tension_min_N, ends.tension_max_N)
+    if not all(one <= MAX_MAGNITUDE for one in largest):
         run.record()
     return run
 
 
 def _run_multibody(rig: Rig, program: LoadProgram) -> Run:
     solution = solver_of("multibody")(rig, program)
-    record, segments = solution.record, solution.segment_tensions_N[:, : len(rig.tendons)]
-    assert record.notches_deg is not None
-    strain, work = solution.peak_strain, solution.wheel_work_mJ
-    return Run(record.angle_deg, record.notches_deg, segments, work, strain, lambda: record)
+    segments = solution.segment_tensions_N[:, : len(rig.tendons)]
+    return _run_of(solution.record, segments, solution.peak_strain, solution.wheel_work_mJ)
 
 
 def _run_analytic(rig: Rig, program: LoadProgram) -> Run:
     record = simulate_analytic(rig, program)
     tensions = [record.tension_a_N] + ([] if rig.tendon_b is None else [record.tension_b_N])
-    segments = np.stack([np.asarray(tension) for tension in tensions], axis=1)[:, :, None]
+    wheel = np.stack([np.asarray(tension) for tension in tensions], axis=1)
     assert record.notches_deg is not None
-    strain = peak_strain(joint_row(rig), np.radians(record.notches_deg), thrust_N=segments.sum(axis=1))
-    return Run(record.angle_deg, record.notches_deg, segments, None, strain, lambda: record)
-
-
-_RUN = {"chain": _run_chain, "multibody": _run_multibody, "analytic": _run_analytic}
+    strain = peak_strain(joint_row(rig), np.radians(record.notches_deg), thrust_N=wheel.sum(axis=1)[:, None])
+    return _run_of(record, wheel, strain, None)
 
 
 def _loop(rig: Rig, program: LoadProgram, run: Run, loops: LoopsOverDrive | None) -> Quantities:
     """Compute the group ``loop``; the analytic model has no loop, so that its widths and energy are NaN."""
-    lowest = float(run.segments_N.min())
     found = {
         "full_scale_angle_deg": float(np.abs(run.angle_deg).max()),
-        "tension_max_N": float(run.segments_N.max()),
-        "tension_min_N": lowest,
-        "slack_reached": float(lowest <= SLACK * rig.preload_N),
+        "tension_max_N": run.tension_max_N,
+        "tension_min_N": run.tension_min_N,
+        "slack_reached": float(run.tension_min_N <= SLACK * rig.preload_N),
     }
     if run.work_mJ is None:
         return found
@@ -228,8 +284,7 @@ def _loop(rig: Rig, program: LoadProgram, run: Run, loops: LoopsOverDrive | None
 
 def _notches(run: Run) -> Quantities:
     """Compute the group ``notches``: where the manipulator bends most, angles in the direction in which it bends."""
-    most = int(np.abs(run.angle_deg).argmax())
-    angles = run.notches_deg[most] * np.sign(run.angle_deg[most])
+    angles = run.bent_deg * np.sign(run.angle_deg[_most(run.angle_deg)])
     return {
         "notch_angle_max_deg": float(angles.max()),
         "notch_angle_spread_deg": float(np.ptp(angles)),
@@ -237,11 +292,10 @@ def _notches(run: Run) -> Quantities:
     }
 
 
-def _strain(rig: Rig, strain: Floats) -> Quantities:
+def _strain(rig: Rig, largest: Mapping[str, float]) -> Quantities:
     """Compute the group ``strain``; empty for measured joints, whose section is not known."""
-    if not np.isfinite(strain).all():
+    if not all(map(math.isfinite, largest.values())):
         return {}
-    largest = largest_strains(strain)
     names = ("fatigue_margin", "plateau_margin", "superelastic_margin")  # in the order of the limits
     return {"peak_strain_percent": 100 * largest["peak"]} | {
         name: limit.strain / largest[limit.kind] if largest[limit.kind] > 0 else math.inf
@@ -277,18 +331,4 @@ def _solid(rig: Rig, program: LoadProgram) -> Quantities:
     assert record.notches_deg is not None
     bending_rad = np.radians(record.notches_deg - rig.precurvature_deg)
     found = {name: getattr(joint, name) for name in GROUPS["joint"]}
-    return found | _strain(rig, per_rad * bending_rad)
-
-
-# Exudyn and gmsh have global state: the threads of a worker must not use them at the same time.
-_ONE_AT_A_TIME = threading.Lock()
-
-
-def evaluate_all(batch: Sequence[tuple[str, CaseInputs]]) -> list[Outcome]:
-    """Run a batch of cases one after the other; this is the task of a worker."""
-    return [_guarded(key, inputs) for key, inputs in batch]
-
-
-def _guarded(key: str, inputs: CaseInputs) -> Outcome:
-    with _ONE_AT_A_TIME if inputs.engine in ("multibody", "solid") else nullcontext():
-        return evaluate(key, inputs)
+    return found | _strain(rig, largest_strains(per_rad * bending_rad))

@@ -8,9 +8,18 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Callable
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from socket import gethostname
+from typing import TypeVar
+
+from studies.sweep.errors import LostError
+
+Given = TypeVar("Given")
+Answer = TypeVar("Answer")
+SAME = "expected the same versions of notchbend and its libraries as here"
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = ("hysteresis", "fem_models")
@@ -29,6 +38,7 @@ FILES = (
     "studies/sweep/__init__.py",
     "studies/sweep/cases.py",
     "studies/sweep/code.py",
+    "studies/sweep/errors.py",
     "studies/sweep/inputs.py",
     "studies/sweep/quantities.py",
 )
@@ -65,6 +75,19 @@ def code_version(engine: str) -> str:
 def code_of_worker(engine: str) -> str:
     """Give the code version of the process that runs this, a worker's."""
     return code_version(engine)
+
+
+def with_code(code: str, engine: str, work: Callable[[Given], Answer], given: Given) -> Answer:
+    """Do some work of a study in a worker that has this code: one may have joined a cluster after the others.
+
+    Raises
+    ------
+    LostError
+        Other code here.
+    """
+    if code_version(engine) != code:
+        raise LostError(f"workers: one on {gethostname()} runs other code: {SAME}")
+    return work(given)
 
 
 def versions(engine: str) -> dict[str, str]:

@@ -6,7 +6,7 @@ import json
 import math
 import shutil
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import islice, product
 from pathlib import Path
@@ -16,6 +16,7 @@ import numpy as np
 import xarray as xr
 import zarr
 
+from hysteresis.arrays import Floats
 from hysteresis.files import RecordError
 from hysteresis.messages import as_given
 from hysteresis.own import MAKER
@@ -54,22 +55,29 @@ class Overview:
     messages: dict[str, int] = field(default_factory=dict)
     extremes: dict[str, Extremes] = field(default_factory=dict)
 
-    def add(self, point: Mapping[str, float], outcome: Outcome | None) -> None:
-        """Add the outcome of a case, None if it has not run."""
+    def count(self, outcome: Outcome | None) -> None:
+        """Count a case, None if it has not run."""
         self.status[PENDING if outcome is None else outcome.status] += 1
-        if outcome is None:
+        if outcome is None or outcome.status != "failed":
             return
-        if outcome.status == "failed" and (outcome.message in self.messages or len(self.messages) < REASONS):
+        if outcome.message in self.messages or len(self.messages) < REASONS:
             self.messages[outcome.message] = self.messages.get(outcome.message, 0) + 1
-        for name, value in outcome.quantities.items():
-            if not math.isfinite(value) or name not in QUANTITIES:
-                continue
-            here, known = Extreme(value, dict(point)), self.extremes.get(name)
-            self.extremes[name] = Extremes(
-                QUANTITIES[name].units,
-                here if known is None or value < known.min.value else known.min,
-                here if known is None or value > known.max.value else known.max,
-            )
+
+    def look(self, name: str, values: Floats, points: Sequence[Mapping[str, float]]) -> None:
+        """Look for the ends of a quantity among its values, shape (n,), NaN or infinite where they are not known."""
+        known = np.isfinite(values)
+        if not known.any():
+            return
+        low, high = (
+            Extreme(float(values[k]), dict(points[k]))
+            for k in (int(np.where(known, values, np.inf).argmin()), int(np.where(known, values, -np.inf).argmax()))
+        )
+        before = self.extremes.get(name)
+        self.extremes[name] = Extremes(
+            QUANTITIES[name].units,
+            low if before is None or low.value < before.min.value else before.min,
+            high if before is None or high.value > before.max.value else before.max,
+        )
 
 
 def write_dataset(study: Study, plan: Plan, store: Store, folder: Path) -> Overview:
@@ -137,15 +145,18 @@ def _fill(group: zarr.Group, study: Study, plan: Plan, store: Store) -> Overview
         numbers = {name: np.full(math.prod(shape), np.nan) for name in (*names, "wall_s")}
         texts = {name: np.empty(math.prod(shape), dtype=np.dtypes.StringDType()) for name in _TEXTS}
         texts["status"][:] = PENDING
-        for i, case in enumerate(islice(rest, math.prod(shape))):
+        block = list(islice(rest, math.prod(shape)))
+        for i, case in enumerate(block):
             found = store.find(case.key)
-            overview.add(case.values, found)
+            overview.count(found)
             if found is None:
                 continue
             for name in names:
                 numbers[name][i] = found.quantities.get(name, math.nan)
             numbers["wall_s"][i] = found.wall_s
             texts["status"][i], texts["message"][i] = found.status, found.message
+        for name in names:
+            overview.look(name, numbers[name], [case.values for case in block])
         for name, values in (numbers | texts).items():
             group[name][region] = values.reshape(shape)  # type: ignore[index]
     return overview

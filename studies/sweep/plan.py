@@ -14,17 +14,22 @@ from scipy.stats import qmc
 from fem_models.rig import RigError
 from hysteresis.arrays import Floats
 from studies.results.study import Sample
-from studies.sweep.inputs import CaseInputs, key_of, with_values
+from studies.sweep.inputs import CaseInputs, key_of, keys_of, with_values
 from studies.sweep.study_file import Axis, Study
 
 
 @dataclass(frozen=True)
 class Case:
-    """A point of a study, and what a worker computes it from; ``key`` is the sha256 of the latter."""
+    """A point of a study; ``key`` is the sha256 of what a worker computes it from."""
 
     key: str
     values: Mapping[str, float]
-    inputs: CaseInputs
+    study: Study
+
+    @property
+    def inputs(self) -> CaseInputs:
+        """What a worker computes it from, made when it is asked for."""
+        return _inputs(self.study, self.values)
 
 
 @dataclass(frozen=True)
@@ -74,7 +79,11 @@ def plan_of(study: Study) -> Plan:
     """Give the points of a study's own dataset."""
     if study.sample is None:
         return Grid(study.axes)
-    rows = on_axes(study.axes, unit_points(study.sample, len(study.axes)))
+    rows = np.empty((study.sample.count, len(study.axes)))
+    begin = 0
+    for points in _drawn(study.sample, len(study.axes)):
+        rows[begin : begin + len(points)] = on_axes(study.axes, points)
+        begin += len(points)
     return Spread(tuple(axis.name for axis in study.axes), rows)
 
 
@@ -84,11 +93,22 @@ def unit_points(sample: Sample, dimensions: int) -> Floats:
     A larger Sobol sample begins with the same points, so that an extended study keeps its cases; a Latin hypercube of
     another count has other points.
     """
-    if sample.method == "sobol":
-        with warnings.catch_warnings():  # about counts that are no power of two: the documentation says it
-            warnings.simplefilter("ignore", UserWarning)
-            return np.asarray(qmc.Sobol(dimensions, scramble=True, rng=sample.seed).random(sample.count))
-    return np.asarray(qmc.LatinHypercube(dimensions, rng=sample.seed).random(sample.count))
+    return np.concatenate(list(_drawn(sample, dimensions)))
+
+
+def _drawn(sample: Sample, dimensions: int) -> Iterator[Floats]:
+    """Draw points block by block: a large sample is held once."""
+    if sample.method != "sobol":
+        yield np.asarray(qmc.LatinHypercube(dimensions, rng=sample.seed).random(sample.count))
+        return
+    with warnings.catch_warnings():  # about counts that are no power of two: the documentation says it
+        warnings.simplefilter("ignore", UserWarning)
+        sequence = qmc.Sobol(dimensions, scramble=True, rng=sample.seed)
+        for begin in range(0, sample.count, _DRAWN):
+            yield np.asarray(sequence.random(min(_DRAWN, sample.count - begin)))
+
+
+_DRAWN = 2**16
 
 
 def on_axes(axes: Sequence[Axis], unit: Floats) -> Floats:
@@ -104,13 +124,19 @@ def on_axes(axes: Sequence[Axis], unit: Floats) -> Floats:
 
 def cases(study: Study, points: Iterable[Mapping[str, float]]) -> Iterator[Case]:
     """Make the cases of points, one at a time."""
-    seed = study.seed if "bouc-wen" in study.groups else 0  # nothing else in a case is random
-    groups = tuple(sorted(study.groups))
+    names = [axis.name for axis in study.axes]
+    quick = keys_of(_inputs(study, {}), names)
     for values in points:
-        tables, refused = study.tables, None
-        try:
-            tables = with_values(study.tables, values)
-        except RigError:  # a derived number that is not possible: the worker meets the same error and reports it
-            refused = dict(values)
-        inputs = CaseInputs(tables.rig, tables.program, study.engine, groups, seed, refused)
-        yield Case(key_of(inputs), values, inputs)
+        # a point of a search may have some of the numbers alone
+        key = key_of(_inputs(study, values)) if quick is None or len(values) < len(names) else quick(values)
+        yield Case(key, values, study)
+
+
+def _inputs(study: Study, values: Mapping[str, float]) -> CaseInputs:
+    seed = study.seed if "bouc-wen" in study.groups else 0  # nothing else in a case is random
+    tables, refused = study.tables, None
+    try:
+        tables = with_values(study.tables, values)
+    except RigError:  # a derived number that is not possible: the worker meets the same error and reports it
+        refused = dict(values)
+    return CaseInputs(tables.rig, tables.program, study.engine, tuple(sorted(study.groups)), seed, refused)

@@ -12,7 +12,7 @@ from functools import partial
 from itertools import islice
 from pathlib import Path
 
-from distributed import Future, KilledWorker, as_completed
+from distributed import Client, Future, KilledWorker, as_completed
 
 from hysteresis.records.record import RecordError
 from studies.engines import require_exudyn, require_gmsh
@@ -21,7 +21,7 @@ from studies.results import write_result
 from studies.results.made import Made
 from studies.results.study import AxisRange, Failures, StudySummary
 from studies.sweep.cases import Outcome, evaluate_all
-from studies.sweep.code import code_version, versions
+from studies.sweep.code import code_version, versions, with_code
 from studies.sweep.dataset import PENDING, ZARR, Overview, write_dataset
 from studies.sweep.errors import DiskFullError, LostError
 from studies.sweep.plan import Case, Plan, cases, plan_of
@@ -35,8 +35,8 @@ SENSITIVITY, PARETO = "sensitivity.json", "pareto.json"
 IN_FLIGHT = 2  # batches a worker: one that runs and one that waits, so that no worker is idle
 _BATCH = {"chain": 16, "analytic": 32}
 """Number of cases in a batch until it is known how long one takes; slower cases go one at a time."""
-BATCH_S, MOST_IN_BATCH = 0.25, 256
-"""Time of a batch, and its most cases: handing one out and storing its answer takes some hundredths of a second."""
+BATCH_S, MOST_IN_BATCH = 0.5, 512
+"""Time of a batch, and its most cases: handing one out takes Dask some hundredths of a second."""
 
 
 @dataclass
@@ -84,18 +84,19 @@ def run_cases(session: Session, todo: Iterable[Case], total: int, tally: Tally, 
     first = next(missing, None)
     if first is None:
         return
-    width = IN_FLIGHT * session.workers.size
-    most = max(1, math.ceil(total / (2 * width)))
+
+    def width() -> int:
+        return IN_FLIGHT * session.workers.size
 
     def size() -> int:
-        return min(_batch_size(session.study, tally), most)
+        return min(_batch_size(session.study, tally), max(1, math.ceil(total / (2 * width()))))
 
     for batch, outcomes in _flow(session, _batches(missing, size, first), width, tally):
         in_flight.difference_update(o.key for o in outcomes)
         report(len(outcomes))
         if not outcomes:
             suspects += batch
-    for (case,), outcomes in _flow(session, ([case] for case in suspects), 1, tally):
+    for (case,), outcomes in _flow(session, ([case] for case in suspects), lambda: 1, tally):
         if not outcomes:
             with session.store.transaction():
                 session.store.keep([_died(case)])
@@ -104,11 +105,12 @@ def run_cases(session: Session, todo: Iterable[Case], total: int, tally: Tally, 
 
 
 def _flow(
-    session: Session, batches: Iterator[list[Case]], width: int, tally: Tally
+    session: Session, batches: Iterator[list[Case]], width: Callable[[], int], tally: Tally
 ) -> Iterator[tuple[list[Case], list[Outcome]]]:
-    """Keep ``width`` batches out; give each when it is back, with its stored outcomes, none if its worker died."""
+    """Keep ``width()`` batches out; give each when it is back, with its stored outcomes, none if its worker died."""
     client, store = session.workers.client(), session.store
-    answers, held = as_completed(), dict[Future, list[Case]]()
+    answers, held, engine = as_completed(), dict[Future, list[Case]](), session.study.engine
+    code = code_version(engine)
 
     def hand_out(new: Sequence[list[Case]]) -> Sequence[list[Case]]:
         store.hand_out((c.key, c.values) for batch in new for c in batch)
@@ -117,20 +119,22 @@ def _flow(
     def submit(new: Sequence[list[Case]]) -> None:
         for batch in new:
             with answers_expected():
-                future = client.submit(evaluate_all, [(c.key, c.inputs) for c in batch], pure=False)
+                given = [(c.key, c.inputs) for c in batch]
+                future = client.submit(with_code, code, engine, evaluate_all, given, pure=False)
             held[future] = batch
             answers.add(future)
 
     with store.transaction():
-        new = hand_out(list(islice(batches, width)))
+        new = hand_out(list(islice(batches, width())))
     submit(new)
     while held:
+        more = max(0, width() + 1 - len(held))  # asked before an answer is there, which a lost scheduler would lose
         future = next(answers)
         batch, outcomes = held.pop(future), _answer(future)
         with interrupts_wait():
             with store.transaction():
                 store.keep(outcomes)
-                new = hand_out(list(islice(batches, 1)))
+                new = hand_out(list(islice(batches, more)))
             tally.add(outcomes)
         future.release()  # the scheduler deletes it
         submit(new)
@@ -180,6 +184,8 @@ def _answer(future: Future) -> list[Outcome]:
         error = future.exception()
     if isinstance(error, KilledWorker):
         return []
+    if isinstance(error, LostError):
+        raise error
     raise LostError(f"workers: {error or LOST}: expected answers")
 
 
@@ -188,12 +194,12 @@ def _died(case: Case) -> Outcome:
     return Outcome(case.key, "failed", "the worker process died", math.nan, nothing)
 
 
-def run_study(study: Study, out: Path, *, workers: int | None = None, scheduler: str | None = None,
+def run_study(study: Study, out: Path, *, workers: int | None = None, scheduler: str | Client | None = None,
               retry: bool = False, progress: bool = False, made: Made | None = None) -> StudySummary:  # fmt: skip
     """Run a study and write its folder: store, dataset, summary, and its sensitivities and Pareto front.
 
-    On Ctrl-C, a full disk or lost workers, the dataset and the summary of what is there are written first. ``made``
-    says how the summary came about.
+    On Ctrl-C, a full disk or lost workers, the dataset and the summary of what is there are written first.
+    ``scheduler`` is the address of one of Dask, or a client of it. ``made`` says how the summary came about.
 
     Raises
     ------

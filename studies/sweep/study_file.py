@@ -29,6 +29,8 @@ from studies.sweep.quantities import ENGINE_GROUPS, GROUPS, IN_SPACE, quantity_n
 
 METHODS = ("sobol", "latin-hypercube")
 MAX_CASES = 1_000_000
+MAX_SAMPLE, MAX_NUMBERS = 10_000_000, 100_000_000
+"""Cases of a sample, and numbers of all its points, which are held while it runs, 8 bytes each."""
 MAX_AXES = 64
 MOST_RIGS = 1_000  # rigs of a study that are made before the first case, to find one that can be
 _TOP = (
@@ -253,6 +255,11 @@ def _require_few(study: Study) -> None:
         )
     if study.pareto is not None and (designs := study.pareto.population * study.pareto.generations) > MAX_CASES:
         raise StudyError(f"pareto: population times generations = {designs:,} designs: expected at most {MAX_CASES:,}")
+    if study.sample is not None and (numbers := study.sample.count * len(study.axes)) > MAX_NUMBERS:
+        raise StudyError(
+            f"sample.count = {study.sample.count}: {numbers:,} numbers of {len(study.axes)} axes: "
+            f"expected at most {MAX_NUMBERS:,}"
+        )
     if study.sample is None and grid > MAX_CASES:
         raise StudyError(f"vary: a grid of {grid:,} cases: expected at most {MAX_CASES:,}; [sample] takes fewer")
 
@@ -330,7 +337,7 @@ def _sample(top: FileTable, seed: SeedOf) -> Sample | None:
     if "sample" not in top.data:
         return None
     table = top.table("sample", "method", "count", "seed")
-    return Sample(table.text("method", None, METHODS), table.whole("count", None, 2, MAX_CASES), seed(table))
+    return Sample(table.text("method", None, METHODS), table.whole("count", None, 2, MAX_SAMPLE), seed(table))
 
 
 def _axes(table: FileTable, *, sampled: bool) -> tuple[Axis, ...]:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import gc
 import logging
+import math
 import signal
 import threading
+import time
 from collections.abc import Iterator
 from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager, suppress
-from multiprocessing import forkserver, resource_tracker
 from tempfile import TemporaryDirectory
 
 import dask
@@ -16,11 +18,13 @@ from dask.system import CPU_COUNT
 from distributed import Client, LocalCluster
 from distributed.client import ClosedClientError
 from distributed.security import Security
-from distributed.utils import get_mp_context
 
-from studies.sweep.code import code_of_worker, code_version
+from studies.sweep.code import SAME, code_of_worker, code_version
 from studies.sweep.errors import LostError, StudyError
+from studies.sweep.forks import begin_forking
 
+KNOWN_S = 5.0
+"""For how long the number of workers of a cluster is taken for known."""
 CONNECT_S = 10
 CLOSE_S = 20
 START_S = 120
@@ -42,13 +46,13 @@ _SHORT_LOGS = {
 class WorkerPool:
     """Workers of a study: processes of this machine, or those of a Dask cluster. They start when first needed."""
 
-    def __init__(self, engine: str, workers: int | None = None, scheduler: str | None = None) -> None:
+    def __init__(self, engine: str, workers: int | None = None, scheduler: str | Client | None = None) -> None:
         if scheduler is not None and workers is not None:
             raise StudyError(f"--workers {workers}: expected absent beside --scheduler, which has its own")
         if workers is not None and workers < 1:
             raise StudyError(f"--workers {workers}: expected at least 1")
         self._engine, self._scheduler = engine, scheduler
-        self._count = workers or CPU_COUNT
+        self._count, self._counted = workers or CPU_COUNT, -math.inf
         self._open = ExitStack()
         self._client: Client | None = None
 
@@ -64,18 +68,29 @@ class WorkerPool:
             _silence()
             self._open.enter_context(dask.config.set(_SHORT_LOGS))
             with interrupts_wait():
-                self._client = self._checked(
-                    self._local() if self._scheduler is None else self._remote(self._scheduler)
-                )
+                self._client = self._checked(self._connected())
         return self._client
 
     @property
     def size(self) -> int:
-        """Number of threads that run cases."""
-        if self._scheduler is None:
-            return self._count
-        with answers_expected():
-            return max(1, sum(self.client().nthreads().values()))
+        """Number of threads that run cases.
+
+        Workers of a cluster come and go: it is counted again after :data:`KNOWN_S`.
+        """
+        if self._scheduler is not None and time.monotonic() > self._counted + KNOWN_S:
+            with answers_expected():
+                self._count = max(1, sum(self.client().nthreads().values()))
+            self._counted = time.monotonic()
+        return self._count
+
+    def _connected(self) -> Client:
+        match self._scheduler:
+            case None:
+                return self._local()
+            case str(address):
+                return self._remote(address)
+            case client:  # of the caller, who closes it
+                return client
 
     def _local(self) -> Client:
         # one thread runs a case: threads that a library starts besides would only compete
@@ -87,13 +102,10 @@ class WorkerPool:
             # each process serves pages of its state, which know no password
             "scheduler.http.routes": [],
             "worker.http.routes": [],
+            "worker.profile.enabled": False,  # which looks at a worker a hundred times a second
         }
         self._open.enter_context(dask.config.set({f"distributed.{name}": value for name, value in settings.items()}))
-        # one process imports the modules and the workers are forked from it, which makes their start fast
-        get_mp_context().set_forkserver_preload(["distributed", "studies.sweep.cases"])
-        resource_tracker.ensure_running()  # which unblocks signals when it starts
-        with _interrupts_blocked():
-            forkserver.ensure_running()
+        begin_forking()
         folder = self._open.enter_context(TemporaryDirectory(prefix="notchbend-", ignore_cleanup_errors=True))
         try:
             cluster = LocalCluster(
@@ -105,7 +117,9 @@ class WorkerPool:
         except Exception as error:  # Dask raises a plain one, or fails an assertion where it ends a worker that starts
             raise StudyError(f"workers: {_words(error)}: expected {self._count} that start in {START_S:g} s") from error
         self._open.callback(_close, cluster)
-        return self._open.enter_context(Client(cluster))
+        client = self._open.enter_context(Client(cluster))
+        client.run(gc.freeze)  # modules stay: to look through them for garbage took a tenth of a case
+        return client
 
     def _remote(self, address: str) -> Client:
         try:
@@ -119,15 +133,14 @@ class WorkerPool:
 
     def _checked(self, client: Client) -> Client:
         """Refuse workers that run other code: their numbers would be stored under the key of this code."""
-        where = "workers" if self._scheduler is None else f"--scheduler {self._scheduler}"
-        expected = "expected the same versions of notchbend and its libraries as here"
+        where = f"--scheduler {self._scheduler}" if isinstance(self._scheduler, str) else "workers"
         try:
             found = client.run(code_of_worker, self._engine)
         except Exception as error:  # Dask wraps an import error of a worker in a plain exception
-            raise StudyError(f"{where}: {_words(error)}: {expected}") from None
+            raise StudyError(f"{where}: {_words(error)}: {SAME}") from None
         for worker, code in found.items():
             if code != code_version(self._engine):
-                raise StudyError(f"{where}: {worker} runs other code: {expected}")
+                raise StudyError(f"{where}: {worker} runs other code: {SAME}")
         return client
 
 
@@ -158,19 +171,6 @@ def _close(cluster: LocalCluster) -> None:
     """
     with suppress(TimeoutError):
         cluster.close(timeout=CLOSE_S)
-
-
-@contextmanager
-def _interrupts_blocked() -> Iterator[None]:
-    """Block Ctrl-C, which a terminal sends to all processes: child processes inherit that.
-
-    One that comes meanwhile is delivered when the block ends. It would be lost if Ctrl-C was ignored.
-    """
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

@@ -85,3 +85,11 @@ def test_a_limit_on_the_other_side_is_not_passed():
     values = np.maximum(at - 12, 0) * 0.1 + np.random.default_rng(1).normal(0, 0.05, 30)
     assert when_passed(at, values, -1.0).at is None
     assert when_passed(at, values, 0.5).passed
+
+
+def test_a_clear_change_is_found_at_the_least_false_alarm():
+    values = np.random.default_rng(1).normal(size=(30, 3))
+    values[15:] += 20.0
+    (found,) = change_points(values, 5e-5, most=1)
+    assert found.first == 15
+    assert found.p <= 5e-5

@@ -190,7 +190,8 @@ def test_the_width_of_a_loop_is_over_drives_that_both_branches_cover():
     x = np.array([0.0, 1, 2, 3, 4, 3, 2, 1])
     y = np.array([0.0, 1, 2, 3, 4, 5, 3, 1])
     one = metrics._cycle_over(x, slice(0, 8))
-    assert (one.grid.tolist(), one.width(y).tolist()) == ([1, 2, 3, 4], [0, 1, 2, 0])
+    width = metrics.LoopsOverDrive(x, one.grid, np.ones(4, dtype=int), (one,)).width(y).width_deg
+    assert (one.grid.tolist(), width.tolist()) == ([1, 2, 3, 4], [0, 1, 2, 0])
     found = metrics.loop_width(np.r_[x, 0], np.r_[y, 0], np.ones(9, dtype=int))
     assert (found.max_deg, found.at_drive, found.at_zero_deg) == (2.0, 3.0, 0.0)
     shifted = metrics.loop_width(np.r_[x, 0] + 1, np.r_[y, 0], np.ones(9, dtype=int))

@@ -79,6 +79,15 @@ void notchbend_init(notchbend_state *state)
     notchbend_reset(state);
 }
 
+/* Hold a reference not far beyond what the ends of f give, lest the search of a huge one ends where it starts. */
+static real held_reference(const notchbend_state *state, real reference)
+{
+    const int last = PLACES_OF_F - 1;
+    real extent = magnitude(ANGLE[0]) + magnitude(ANGLE[last]) + magnitude(ANGLE[last] - ANGLE[0]);
+    real most = state->gain * extent + 4 * SATURATION * state->width, off = reference - state->zero_deg;
+    return state->zero_deg + (off > most ? most : off < -most ? -most : off);
+}
+
 notchbend_real notchbend_step(notchbend_state *state, notchbend_real reference_deg)
 {
     struct way way;
@@ -89,7 +98,7 @@ notchbend_real notchbend_step(notchbend_state *state, notchbend_real reference_d
         state->limited = NOTCHBEND_NOT_FINITE;
         return state->drive;
     }
-    f = path_to(state, reference_deg, &way, &direction, &computed);
+    f = path_to(state, held_reference(state, reference_deg), &way, &direction, &computed);
     if (!(f < state->f_deg) && !(f > state->f_deg))
         return state->drive;
     drive = held_drive_at(state, f);

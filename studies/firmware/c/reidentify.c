@@ -74,10 +74,10 @@ unsigned notchbend_estimate(notchbend_estimator *estimator, notchbend_state *sta
         seen += direction[j] * direction[j];
     }
     error = angle_deg - angle_at(state, f, state->h_deg);
-    estimator->mean_square = FORGETTING * estimator->mean_square + (1 - FORGETTING) * (error * error);
-    estimator->flags = estimator->mean_square > OUTSIDE_SQUARE ? NOTCHBEND_OUTSIDE_FIT : 0u;
     most = CLIPPED * NOISE * SQRT(1 + seen);
     error = error < -most ? -most : error > most ? most : error;
+    estimator->mean_square = FORGETTING * estimator->mean_square + (1 - FORGETTING) * (error * error);
+    estimator->flags = estimator->mean_square > OUTSIDE_SQUARE ? NOTCHBEND_OUTSIDE_FIT : 0u;
     for (i = 0; i < 3; i++) {
         real wanted;
         along[i] = 0;

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import os
 
 import numpy as np
 import pytest
@@ -11,8 +12,9 @@ from hysteresis import Record
 from hysteresis.fitting.uncertainty import Parameter
 from hysteresis.laws.bouc_wen import BoucWen, hysteresis
 from hysteresis.own import is_own
+from hysteresis.records.record import RecordError
 from studies.commands.cli import call
-from studies.each import EachResult, EachSettings, FittedDevice, fit_each
+from studies.each import EachResult, EachSettings, FittedDevice, fit_each, work
 from studies.each.page import unlike
 from studies.each.result import COLUMNS, csv_table, parquet_table
 from studies.each.work import records_of
@@ -66,6 +68,19 @@ def test_one_record_alone_has_the_same_fit(folder, found):
     row = next(one for one in found.devices if one.record.endswith("d3.csv"))
     assert row.parameters["n"] == alone.parameters["n"]
     assert row.heldout_rmse_deg == alone.heldout.rmse_deg
+
+
+@pytest.mark.parametrize("ended", ["d1.csv", "d6.csv"])
+def test_a_record_that_ends_its_process_is_lost_alone(folder, monkeypatch, ended):
+    def fit(records, **options):
+        if records[0].source.endswith(ended):
+            os._exit(9)
+        raise RecordError("not fitted here")
+
+    monkeypatch.setattr(work, "identify_records", fit)
+    found = fit_each(records_of(folder), EachSettings(OF_EACH), workers=2)
+    assert [one.record.rsplit("/", 1)[1] for one in found.devices if one.problem == work.ENDED] == [ended]
+    assert sum("not fitted here" in one.problem for one in found.devices) == 9
 
 
 def test_a_csv_has_the_columns_of_the_contract(found):

@@ -23,6 +23,7 @@ from studies.firmware.files import recursion_settings
 from studies.firmware.vector import random_path
 
 LAWS = [case for case in CASES if case not in ("slow", "no hysteresis")]
+DOUBLE, FLOAT = (ctypes.c_double, ()), (ctypes.c_float, ("-DCMP_FLOAT",))
 SAMPLES = 4000
 DRIFTED = Drift(zero_deg=0.8, gain=1.06, width=1.3)
 
@@ -133,6 +134,29 @@ def test_in_float_the_drift_is_that_of_double_within_a_thousandth_deg(tmp_path):
     flags = [pair.observe(drive[k], angle[k]) for k in range(SAMPLES)]
     assert 0 in flags
     assert np.abs(pair.of_c - pair.of_python).max() < 1e-3
+
+
+@needs_compiler
+@pytest.mark.parametrize(("real", "options", "spike"), [(*DOUBLE, 1e160), (*FLOAT, 1e20)])
+def test_one_lost_reading_is_not_another_device(tmp_path, real, options, spike):
+    pair = Pair(tmp_path, "bouc-wen", real, options)
+    drive = random_path(1500, (-1.6, 1.6), pair.layer.first_drive, seed=8)
+    angle = device(pair.layer, drive, Drift(), 0.04)
+    angle[1000:1010] = np.where(np.arange(10) == 4, spike, angle[1000:1010])
+    flags = [pair.observe(drive[k], angle[k]) for k in range(1500)]
+    assert not any(flag & OUTSIDE_FIT for flag in flags)
+    assert not pair.python.flags & OUTSIDE_FIT
+
+
+@needs_compiler
+@pytest.mark.parametrize(("real", "options", "most"), [(*DOUBLE, 299), (*FLOAT, 29)])
+def test_a_huge_reference_stops_at_the_end_of_the_drive(tmp_path, real, options, most):
+    pair = Pair(tmp_path, "bouc-wen", real, options)
+    ends = set()
+    for power in (3, 9, 14, 20, most):
+        pair.calls.cmp_init(ctypes.byref(pair.state))
+        ends.add((pair.calls.cmp_step(ctypes.byref(pair.state), 10.0**power), pair.state.limited))
+    assert ends == {(2.0, 2)}  # NOTCHBEND_AT_HIGHEST
 
 
 def test_without_motion_nothing_is_learnt_and_nothing_forgotten(tmp_path):

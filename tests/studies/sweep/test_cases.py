@@ -11,8 +11,8 @@ from fem_models.rig import RigError, preset
 from fem_models.rig.checks import SolverError
 from fem_models.rig.rig_file import rig_of_tables
 from hysteresis.records.metrics import loop_width
-from studies.sweep.cases import evaluate, program_of_table
-from studies.sweep.inputs import FIELDS, CaseInputs, CaseTables, ProgramTable, key_of, with_values
+from studies.sweep.cases import Outcome, evaluate, evaluate_all, program_of_table
+from studies.sweep.inputs import FIELDS, CaseInputs, CaseTables, ProgramTable, key_of, keys_of, with_values
 
 
 def test_key_is_of_values_not_of_their_writing():
@@ -144,6 +144,44 @@ def test_a_case_has_the_quantities_and_the_failure_of_its_record(name, values):
     else:
         assert (found.status, found.message) == ("ok", "")
         assert found.quantities == by_its_record(tables)
+
+
+def test_a_batch_gives_what_its_cases_give_alone():
+    """To the last bit and in their order, amid others that fail; so does a case behind another."""
+    base = {name: CaseTables(preset(name).to_dict(), ProgramTable(1.0, 2, step_mm=0.1)) for name, _ in MIXED}
+    cases = [of(with_values(base[name], values), groups=("loop", "strain", "notches")) for name, values in MIXED]
+    cases += [of(base["du2018"], "analytic", ("loop",)), *cases[:2]]
+    together = evaluate_all([(str(k), one) for k, one in enumerate(cases)])
+    alone = [evaluate(str(k), one) for k, one in enumerate(cases)]
+    assert [found.status for found in together].count("failed") == 3
+    assert [as_bits(found) for found in together] == [as_bits(found) for found in alone]
+
+
+def as_bits(found: Outcome) -> tuple[str, str, str, dict[str, str]]:
+    return found.key, found.status, found.message, {name: value.hex() for name, value in found.quantities.items()}
+
+
+VARIED = [
+    ("du2018", {"preload_N": 12.5, "notch.depth_mm": 2.7}),
+    ("du2018", {"notch.count": 9.0, "program.amplitude_mm": 1.5, "program.cycles": 3}),
+    ("du2018", {"tendon.EA_N": 1e4, "tendon_b.moment_arm_mm": 2.5, "backlash.width_mm": -0.0}),
+]
+
+
+@pytest.mark.parametrize(("name", "values"), VARIED, ids=[",".join(values) for _, values in VARIED])
+def test_keys_by_the_text_around_their_numbers_are_the_keys(name, values):
+    base = of(CaseTables(preset(name).to_dict(), ProgramTable(1.0, 2, step_mm=0.1)), groups=("loop",))
+    quick = keys_of(base, list(values))
+    for factor in (1.0, 2.0):
+        point = {field: factor * value for field, value in values.items()}
+        assert quick(point) == key_of(of(with_values(base, point), groups=("loop",)))
+
+
+def test_keys_of_derived_numbers_and_of_a_rig_that_looks_like_a_mark_are_not_by_text():
+    base = CaseTables(preset("du2018").to_dict(), ProgramTable(1.0, 2, step_mm=0.1))
+    assert keys_of(of(base), ["notch.depth_gradient_mm"]) is None
+    named = CaseTables({**base.rig, "name": f"{float(2**52)}"}, base.program)
+    assert keys_of(of(named), ["preload_N"]) is None
 
 
 def test_numbers_that_a_record_refuses_are_refused(monkeypatch):

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import qmc
 from small_study import GRID, HEAD, LONG, PROGRAM, same, study_file
 
 from studies.commands import call
@@ -44,6 +45,12 @@ def test_more_sobol_points_begin_with_the_same():
     assert np.array_equal(
         unit_points(Sample("latin-hypercube", 9, 7), 3), unit_points(Sample("latin-hypercube", 9, 7), 3)
     )
+
+
+def test_a_sample_drawn_block_by_block_is_that_of_one_draw(monkeypatch):
+    whole = qmc.Sobol(3, scramble=True, rng=7).random(64)
+    monkeypatch.setattr("studies.sweep.plan._DRAWN", 9)
+    assert np.array_equal(unit_points(Sample("sobol", 64, 7), 3), whole)
 
 
 def test_latin_hypercube_has_one_point_a_row():

@@ -37,7 +37,7 @@ BAD_FILES = {
         GRID.replace(VALUES, "{from = 1, to = 2, count = 1000000000}"), ["preload_N.count", "1,000,000"]),
     "too many points": (
         GRID.replace(VALUES, "{from = 1, to = 2}").replace("[2.8, 2.825, 3.2]", "{from = 2, to = 2.9}")
-        + '[sample]\nmethod = "sobol"\ncount = 1073741824\n', ["sample.count = 1073741824", "1,000,000"]),
+        + '[sample]\nmethod = "sobol"\ncount = 1073741824\n', ["sample.count = 1073741824", "10,000,000"]),
     "too many cycles": (GRID.replace("cycles = 2", "cycles = 20000"), ["program.cycles = 20000", "10,000"]),
     "too many samples": (GRID.replace("cycles = 2", "step_mm = 1e-9"), ["step_mm", "at most 2,000,000 samples"]),
     "too many designs": (

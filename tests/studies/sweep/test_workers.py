@@ -20,7 +20,7 @@ from distributed.protocol import Serialize, Serialized, ToPickle
 from small_study import GRID, HEAD, PROGRAM, same, study_file
 
 from studies.commands import call
-from studies.sweep import StudyError, open_study, read_study, run_study, workers
+from studies.sweep import StudyError, forks, open_study, read_study, run_study, workers
 from studies.sweep import run as sweep
 from studies.sweep.cases import Outcome, evaluate
 from studies.sweep.plan import Case, cases, plan_of
@@ -42,6 +42,55 @@ def test_workers_that_run_other_code_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(workers, "code_version", lambda _: "another")
     with pytest.raises(StudyError, match="other code"):
         run_study(read_study(study_file(tmp_path)), tmp_path / "out", workers=1)
+
+
+def test_a_worker_of_other_code_that_joins_later_ends_a_study(tmp_path, monkeypatch):
+    """Each batch asks for the code of this process: one line, and what others have computed is kept."""
+    asked = read_study(study_file(tmp_path))
+    run_study(asked, tmp_path / "out", workers=1)
+    wider = GRID.replace("[10, 15, 20, 30]", "[10, 15, 20, 25, 30]")
+    monkeypatch.setattr(sweep, "code_version", lambda _: "another")
+    with pytest.raises(StudyError, match=r"workers: one on \S+ runs other code: expected the same versions") as error:
+        run_study(read_study(study_file(tmp_path, wider)), tmp_path / "out", workers=1)
+    assert error.value.__notes__[0].startswith("12 of 15 cases are stored")
+
+
+def test_a_cluster_that_grows_gets_more_to_do(tmp_path, monkeypatch):
+    monkeypatch.setattr(workers, "KNOWN_S", 0.0)
+    with (
+        LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster,
+        WorkerPool("chain", scheduler=cluster.scheduler_address) as pool,
+    ):
+        assert pool.size == 1
+        cluster.scale(2)
+        pool.client().wait_for_workers(2)
+        assert pool.size == 2
+
+
+JOBQUEUE = {
+    "queue", "account", "walltime", "cores", "processes", "memory", "interface", "job_script_prologue", "security",
+}  # fmt: skip
+"""Parameters of ``SLURMCluster`` of dask-jobqueue 0.9.0, of those that the page uses."""
+
+
+def test_the_file_for_slurm_runs_a_study(tmp_path, monkeypatch, capsys):
+    """The file of the page, with processes of this machine in place of jobs."""
+    page = (Path(__file__).parents[3] / "docs" / "guide" / "studies.md").read_text()
+    (code,) = re.findall(r"^`on_slurm.py`\n```py\n(.*?)```", page, re.S | re.M)
+
+    class Jobs(LocalCluster):
+        def __init__(self, **given):
+            assert set(given) <= JOBQUEUE
+            super().__init__(n_workers=0, threads_per_worker=1, security=True, dashboard_address=None, silence_logs=50)
+
+        def scale(self, n=0, jobs=0):
+            super().scale(n or jobs // 4)
+
+    monkeypatch.setitem(sys.modules, "dask_jobqueue", SimpleNamespace(SLURMCluster=Jobs))
+    monkeypatch.setattr(sys, "argv", ["on_slurm.py", str(study_file(tmp_path)), str(tmp_path / "out")])
+    exec(compile(code, "on_slurm.py", "exec"), {"__name__": "__main__"})
+    assert "'ok': 8" in capsys.readouterr().out
+    assert int((open_study(tmp_path / "out").status == "ok").sum()) == 8
 
 
 def test_workers_that_do_not_start_are_not_waited_for(tmp_path, capsys, monkeypatch):
@@ -169,7 +218,7 @@ def test_an_interrupt_while_the_fork_server_starts_is_not_lost(monkeypatch):
         os.kill(os.getpid(), signal.SIGINT)
         said.append(subprocess.run([sys.executable, "-c", in_child], capture_output=True, text=True, check=True).stdout)
 
-    monkeypatch.setattr(workers.forkserver, "ensure_running", started)
+    monkeypatch.setattr(forks.forkserver, "ensure_running", started)
     monkeypatch.setattr(workers, "LocalCluster", lambda **_: SimpleNamespace(close=lambda timeout: None))
     monkeypatch.setattr(workers, "Client", lambda cluster: nullcontext())
     monkeypatch.setattr(WorkerPool, "_checked", lambda pool, client: client)

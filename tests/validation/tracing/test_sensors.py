@@ -8,8 +8,9 @@ import pytest
 from fem_models.chain.solve import simulate_chain
 from fem_models.load import sine
 from fem_models.rig import preset
+from hysteresis.records.held import held_updates
 from hysteresis.records.record import Record
-from hysteresis.sensors.readings import held_updates, isolated_spikes, readings_of
+from hysteresis.sensors.readings import isolated_spikes, readings_of
 from validation.practice.spoiled.disturbances import correlated_noise, held, outliers, rounded, slow_wander
 from validation.tracing.effect import catalogue
 from validation.tracing.fitting.noise import correlated_noise_deg, sensor_noise_deg

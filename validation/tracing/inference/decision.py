@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -263,9 +264,12 @@ def _stage(asked: _Asked, base: Fitted, known: Sequence[Fitted] = ()) -> _Stage:
     called unexplained. ``known`` are fits with one more effect that were made already.
     """
     shapes = shapes_beside(base, asked.effects, asked.threads)
-    grid, chance = _tested(asked, base, shapes, min(EARLY_SIMULATIONS, asked.simulations))
+    early = max(EARLY_SIMULATIONS, math.ceil(2.0 / asked.alpha))  # enough for a p that asks for the race
+    grid, chance = _tested(asked, base, shapes, min(early, asked.simulations))
     fits, shown = list[Fitted](), list[Fitted]()
     most = LIKE_CHANCE if _is_more(asked, _left_beside(asked, grid, chance)) else NO_CLAIM * asked.alpha
+    if asked.race and chance.p > most and asked.simulations > early:
+        chance = chance_of(grid, seed=asked.seed, simulations=asked.simulations)
     if not asked.race:
         fits = [one for one in _searched(asked.trace, base) if not implausible(one)]
         grid, chance = _tested(asked, base, with_fits(shapes, base, fits), asked.simulations)
@@ -276,8 +280,6 @@ def _stage(asked: _Asked, base: Fitted, known: Sequence[Fitted] = ()) -> _Stage:
         fits = [one for one in every if not implausible(one)]
         shown = every[: every.index(fits[0])] if fits else every[:1]
         grid, chance = _tested(asked, base, with_fits(shapes, base, fits), asked.simulations)
-    elif asked.simulations > EARLY_SIMULATIONS:
-        chance = chance_of(grid, seed=asked.seed, simulations=asked.simulations)
     found = front_runners_of(grid, fits, seed=asked.seed, simulations=asked.simulations)
     return _Stage(grid, chance, found, shown)
 
