@@ -308,7 +308,8 @@ def isolated_spikes(angle_deg: Floats, time_s: Floats | None) -> Mask:
         for start in k[(distance > SPIKE * size) & alone & alike]:
             spikes[start : start + count] = True
     events = int(np.count_nonzero(spikes[1:] & ~spikes[:-1]))  # none begins at the first sample
-    return spikes if events <= MOST_SPIKES * spikes.size else np.zeros_like(spikes)
+    few = events <= MOST_SPIKES * spikes.size and spikes.mean() <= MOST_FAR
+    return spikes if few else np.zeros_like(spikes)
 
 
 def _off_cubic(t: Floats, y: Floats, k: Ints, at: tuple[int, ...], where: int) -> Floats:
