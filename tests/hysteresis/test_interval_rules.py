@@ -15,6 +15,7 @@ from hysteresis.fitting import (
 )
 from hysteresis.fitting.form import Form, Point
 from hysteresis.fitting.samples import Samples
+from hysteresis.fitting.serial import _covariances
 from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.fitting.uncertainty import (
     Linearised,
@@ -462,3 +463,13 @@ def test_variances_that_cancel_to_rounding_give_no_interval():
     less = Uncertainty(1e-10 * huge + 4e-4 * np.eye(2), 2.0, 1.0, np.zeros(2, bool), 50.0)
     assert less.half_width(np.array([1.0, 1.0])) == pytest.approx(2 * math.sqrt(8e-4))
     assert less.half_width(np.zeros(2)) == 0.0
+
+
+def test_the_covariances_of_a_second_order_filter_are_its_own():
+    """An autoregression with roots of 0.9 is stable, though its coefficients sum up to more than 1 in size."""
+    first, second = 1.78, -0.80
+    ratios = [1.0, first / (1.0 - second)]
+    while len(ratios) < 400:
+        ratios.append(first * ratios[-1] + second * ratios[-2])
+    found = _covariances(np.array(ratios[:3]), 2)
+    assert found[1:].sum() == pytest.approx(sum(ratios[1:]), rel=0.01)
