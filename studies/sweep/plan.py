@@ -28,7 +28,7 @@ class Case:
 
     @property
     def inputs(self) -> CaseInputs:
-        """What a worker computes it from, made when it is asked for."""
+        """Inputs that a worker computes it from, made on demand."""
         return _inputs(self.study, self.values)
 
 
