@@ -2,82 +2,103 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Collection, Sequence
 
 from docs.make.pages import DOCS, table, template
 from hysteresis.files import write_files
 from validation.tracing import Effect, catalogue
-from validation.tracing.effect import FreeParameter, Need, RelativeParameter, Sensible
+from validation.tracing.effect import CurveForm, FreeParameter, Need, RelativeParameter, RigForm, Sensible, SpaceForm
 
 PAGE = DOCS / "guide" / "effects-catalogue.md"
 
 _WIDTH = 120
 _NEEDS: dict[Need, str] = {
     "time": "times",
-    "cycles": "cycles of one amplitude",
+    "cycles": "equal cycles",
     "preloads": "two preloads",
-    "one preload": "one preload alone",
+    "one preload": "one preload",
     "two tendons": "two tendons",
-    "one tendon": "a single tendon",
-    "wheel": "a wheel as the drive",
-    "force": "a tendon force as the drive",
-    "drive in mm": "a drive in mm of tendon",
-    "declared plateau": "a plateau that is declared",
+    "one tendon": "one tendon",
+    "wheel": "a wheel",
+    "force": "a force",
+    "drive in mm": "a drive in mm",
+    "declared plateau": "a declared plateau",
     "reference": "a reference",
-    "torsion": "torsion in all records",
+    "torsion": "torsion",
 }
 
 
 def page(effects: Sequence[Effect]) -> str:
     """Markdown of the catalogue."""
-    listed = "\n".join(f"- [`{effect.name}`](#{effect.name})" for effect in effects)
-    return template("effects-catalogue").format(listed=listed, sections="\n\n".join(map(_section, effects)))
+    head = ["effect", "what a record shows", "what to do to distinguish it", "parameters"]
+    rows = [[f"[`{e.name}`](#{e.name})", e.seen, _record(e), _names(e)] for e in effects]
+    sections = "\n\n".join(map(_section, effects))
+    return template("effects-catalogue").format(overview=table(head, rows), sections=sections)
+
+
+def _record(effect: Effect) -> str:
+    """Return what the first sentence tells a reader to do, up to a reason after a colon."""
+    first = re.split(r"[.:] ", effect.distinguished_by)[0]
+    return first[0].lower() + first[1:]
+
+
+def _names(effect: Effect) -> str:
+    """Parameters of a known rig, of all forms together."""
+    forms = [form for form in effect.rig_forms if not form.refines] or effect.space_forms
+    return ", ".join({f"`{p.name}`": None for form in forms for p in form.parameters})
 
 
 def _section(effect: Effect) -> str:
-    rows = [
-        _row("known, at the end" if form.refines else "known", form.parameters, form.needs) for form in effect.rig_forms
+    paragraphs = [effect.physics, f"*Distinguished by.* {effect.distinguished_by}", _parameters(effect)]
+    filled = [textwrap.fill(words, _WIDTH, break_long_words=False, break_on_hyphens=False) for words in paragraphs]
+    return "\n\n".join([f"## {effect.name}", *filled])
+
+
+def _parameters(effect: Effect) -> str:
+    """One sentence: what is fitted, by what is known of the rig and what a form needs, with the ranges to be named."""
+    known = [form for form in effect.rig_forms if not form.refines]
+    kinds: list[tuple[str, Sequence[RigForm | CurveForm | SpaceForm]]] = [
+        ("known", known),
+        ("refined", [form for form in effect.rig_forms if form.refines]),
+        ("unknown", effect.curve_forms),
+        ("in space", effect.space_forms),
     ]
-    rows += [_row("unknown", form.parameters, form.needs) for form in effect.curve_forms]
-    rows += [_row("known, in space", form.parameters, form.needs) for form in effect.space_forms]
-    distinguished = textwrap.fill(f"*Distinguished by.* {effect.distinguished_by}", _WIDTH, break_long_words=False)
-    physics = textwrap.fill(effect.physics, _WIDTH, break_long_words=False, break_on_hyphens=False)
-    parts = [f"## {effect.name}", physics, distinguished, table(["geometry", "parameters", "needs"], _once(rows))]
-    return "\n\n".join([*parts, *_plausible(effect)])
+    said = set[tuple[str, str]]()
+    parts = [part for kind, forms in kinds for part in _of_kind(kind, forms, said)]
+    return f"*Parameters.* {'; '.join(parts)}."
 
 
-def _once(rows: Sequence[list[str]]) -> list[list[str]]:
-    """Rows without repetitions: forms of a parameter that is free on either side have the same row."""
-    return [*{tuple(row): row for row in rows}.values()]
+def _of_kind(kind: str, forms: Sequence[RigForm | CurveForm | SpaceForm], said: set[tuple[str, str]]) -> list[str]:
+    """Parameters of the forms with the same needs together; ``said`` has the ranges that stand before."""
+    by_needs = dict[str, dict[str, None]]()
+    for form in forms:
+        shown = by_needs.setdefault(_needs(form.needs), {})
+        for parameter in form.parameters:
+            if f"`{parameter.name}`" not in {text.partition(" ")[0] for text in shown}:
+                shown[_parameter(parameter, said)] = None
+    return [f"{kind}{needs}: {', '.join(shown)}" for needs, shown in by_needs.items()]
 
 
-def _plausible(effect: Effect) -> list[str]:
-    """Ranges outside of which a fit is shown and not named, parameters of one range and reason in a line."""
-    free = [("known", p) for form in (*effect.rig_forms, *effect.space_forms) for p in form.parameters]
-    free += [("unknown", p) for form in effect.curve_forms for p in form.parameters]
-    there = [(p.name, p.sensible, rig) for rig, p in free if p.sensible is not None]
-    ranges = {name: {_range(sensible) for known, sensible, _ in there if known == name} for name, *_ in there}
-    named = dict[str, dict[str, None]]()
-    for name, sensible, rig in there:
-        of_rig = f", {rig} geometry" if len(ranges[name]) > 1 else ""
-        named.setdefault(f"{_range(sensible)} ({sensible.because}).", {})[f"`{name}`{of_rig}"] = None
-    if not named:
-        return []
-    lines = [f"- {', '.join(names)}: {what}" for what, names in named.items()]
-    words = [textwrap.fill(line, _WIDTH, subsequent_indent="  ", break_on_hyphens=False) for line in lines]
-    return ["Named only within:", "\n".join(words)]
+def _needs(needs: Collection[Need]) -> str:
+    return f" with {' and '.join(_NEEDS[need] for need in sorted(needs))}" if needs else ""
+
+
+def _parameter(parameter: FreeParameter | RelativeParameter, said: set[tuple[str, str]]) -> str:
+    """Name, the unit of a relative parameter, and its range, if no name that begins alike has had it."""
+    notes = [parameter.unit] if isinstance(parameter, RelativeParameter) and parameter.unit != "-" else []
+    if parameter.sensible is not None:
+        key = parameter.name.partition("_")[0], _range(parameter.sensible)
+        notes += [key[1]] if key not in said else []
+        said.add(key)
+    return f"`{parameter.name}`" + (f" ({', '.join(notes)})" if notes else "")
 
 
 def _range(sensible: Sensible) -> str:
     low, high = sensible.low + sensible.about, sensible.high + sensible.about
-    per = "" if sensible.per == "1" else f" times {sensible.per}"
-    return f"{low:g} to {high:g}{per}"
-
-
-def _row(geometry: str, parameters: Sequence[FreeParameter | RelativeParameter], needs: Collection[Need]) -> list[str]:
-    shown = [f"`{c.name}`" + (f" ({c.unit})" if c.unit != "-" else "") for c in parameters]
-    return [geometry, ", ".join(shown), ", ".join(_NEEDS[need] for need in sorted(needs)) or "-"]
+    per = "" if sensible.per == "1" else f" {sensible.per.replace('1/', 'per ')}"
+    return (f"±{high:g}" if low == -high else f"{low:g} to {high:g}") + per
 
 
 if __name__ == "__main__":

@@ -377,7 +377,7 @@ def test_effects_lists_the_catalogue(capsys):
     assert call(["effects", "--json"]) == 0
     rows = json.loads(capsys.readouterr().out)["effects"]
     assert [row["name"] for row in rows] == [effect.name for effect in catalogue()]
-    assert all(row["physics"] and row["tell_apart"] for row in rows)
+    assert all(row["seen"] and row["physics"] and row["tell_apart"] for row in rows)
     assert call(["effects", "--quiet"]) == 0
     assert capsys.readouterr().out.split() == [effect.name for effect in catalogue()]
     assert call(["effects"]) == 0
