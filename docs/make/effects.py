@@ -87,7 +87,7 @@ def _needs(needs: Collection[Need]) -> str:
 
 def _parameter(parameter: FreeParameter | RelativeParameter, said: set[tuple[str, str]]) -> str:
     """Name, the unit of a relative parameter, and its range, if no name that begins alike has had it."""
-    notes = [parameter.unit] if isinstance(parameter, RelativeParameter) and parameter.unit != "-" else []
+    notes: list[str] = [parameter.unit] if isinstance(parameter, RelativeParameter) and parameter.unit != "-" else []
     if parameter.sensible is not None:
         key = parameter.name.partition("_")[0], _range(parameter.sensible)
         notes += [key[1]] if key not in said else []
