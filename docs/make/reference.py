@@ -115,4 +115,4 @@ def _plain(text: str) -> str:
 
 
 if __name__ == "__main__":
-    put_between_marks(PAGE, COMMAND, tables())
+    put_between_marks(PAGE, COMMAND, f"\n{tables()}\n")

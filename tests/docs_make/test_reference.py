@@ -2,9 +2,9 @@
 
 import re
 
-import notchbend
 import pytest
 
+import notchbend
 from docs.make import reference
 
 TEXT = reference.PAGE.read_text(encoding="utf-8")
