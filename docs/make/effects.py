@@ -1,4 +1,7 @@
-"""Writes ``docs/guide/effects-catalogue.md`` from the catalogue: ``python -m docs.make.effects``."""
+"""Writes the pages of the catalogue of effects: ``python -m docs.make.effects``.
+
+They are ``docs/guide/effects-catalogue.md`` and ``docs/guide/effect-parameters.md``.
+"""
 
 from __future__ import annotations
 
@@ -12,21 +15,22 @@ from validation.tracing import Effect, catalogue
 from validation.tracing.effect import CurveForm, FreeParameter, Need, RelativeParameter, RigForm, Sensible, SpaceForm
 
 PAGE = DOCS / "guide" / "effects-catalogue.md"
+PARAMETERS = DOCS / "guide" / "effect-parameters.md"
 
 _WIDTH = 120
 _NEEDS: dict[Need, str] = {
     "time": "times",
-    "cycles": "equal cycles",
+    "cycles": "cycles of one amplitude",
     "preloads": "two preloads",
-    "one preload": "one preload",
+    "one preload": "one preload alone",
     "two tendons": "two tendons",
-    "one tendon": "one tendon",
-    "wheel": "a wheel",
-    "force": "a force",
-    "drive in mm": "a drive in mm",
-    "declared plateau": "a declared plateau",
+    "one tendon": "a single tendon",
+    "wheel": "a wheel as the drive",
+    "force": "a tendon force as the drive",
+    "drive in mm": "a drive in mm of tendon",
+    "declared plateau": "a plateau that is declared",
     "reference": "a reference",
-    "torsion": "torsion",
+    "torsion": "torsion in all records",
 }
 
 
@@ -51,55 +55,44 @@ def _names(effect: Effect) -> str:
 
 
 def _section(effect: Effect) -> str:
-    paragraphs = [effect.physics, f"*Distinguished by.* {effect.distinguished_by}", _parameters(effect)]
+    paragraphs = [effect.physics, f"*Distinguished by.* {effect.distinguished_by}"]
     filled = [textwrap.fill(words, _WIDTH, break_long_words=False, break_on_hyphens=False) for words in paragraphs]
     return "\n\n".join([f"## {effect.name}", *filled])
 
 
+def parameter_page(effects: Sequence[Effect]) -> str:
+    """Markdown of all parameters: a table for each effect, a row for each parameter of a kind of model."""
+    return template("effect-parameters").format(sections="\n\n".join(map(_parameters, effects)))
+
+
 def _parameters(effect: Effect) -> str:
-    """One sentence: what is fitted, by what is known of the rig and what a form needs, with the ranges to be named."""
-    known = [form for form in effect.rig_forms if not form.refines]
     kinds: list[tuple[str, Sequence[RigForm | CurveForm | SpaceForm]]] = [
-        ("known", known),
-        ("refined", [form for form in effect.rig_forms if form.refines]),
+        ("known", [form for form in effect.rig_forms if not form.refines]),
+        ("known, at the end", [form for form in effect.rig_forms if form.refines]),
         ("unknown", effect.curve_forms),
-        ("in space", effect.space_forms),
+        ("known, in space", effect.space_forms),
     ]
-    said = set[tuple[str, str]]()
-    parts = [part for kind, forms in kinds for part in _of_kind(kind, forms, said)]
-    return f"*Parameters.* {'; '.join(parts)}."
+    rows = {tuple(_row(kind, form.needs, p)): None for kind, forms in kinds for form in forms for p in form.parameters}
+    head = ["geometry", "parameter", "unit", "named within", "needs"]
+    return f"## {effect.name}\n\n" + table(head, [list(row) for row in rows])
 
 
-def _of_kind(kind: str, forms: Sequence[RigForm | CurveForm | SpaceForm], said: set[tuple[str, str]]) -> list[str]:
-    """Parameters of the forms with the same needs together; ``said`` has the ranges that stand before."""
-    by_needs = dict[str, dict[str, None]]()
-    for form in forms:
-        shown = by_needs.setdefault(_needs(form.needs), {})
-        for parameter in form.parameters:
-            if f"`{parameter.name}`" not in {text.partition(" ")[0] for text in shown}:
-                shown[_parameter(parameter, said)] = None
-    return [f"{kind}{needs}: {', '.join(shown)}" for needs, shown in by_needs.items()]
-
-
-def _needs(needs: Collection[Need]) -> str:
-    return f" with {' and '.join(_NEEDS[need] for need in sorted(needs))}" if needs else ""
-
-
-def _parameter(parameter: FreeParameter | RelativeParameter, said: set[tuple[str, str]]) -> str:
-    """Name, the unit of a relative parameter, and its range, if no name that begins alike has had it."""
-    notes: list[str] = [parameter.unit] if isinstance(parameter, RelativeParameter) and parameter.unit != "-" else []
-    if parameter.sensible is not None:
-        key = parameter.name.partition("_")[0], _range(parameter.sensible)
-        notes += [key[1]] if key not in said else []
-        said.add(key)
-    return f"`{parameter.name}`" + (f" ({', '.join(notes)})" if notes else "")
+def _row(geometry: str, needs: Collection[Need], parameter: FreeParameter | RelativeParameter) -> list[str]:
+    within = "" if parameter.sensible is None else f"{_range(parameter.sensible)}: {parameter.sensible.because}"
+    return [
+        geometry,
+        f"`{parameter.name}`",
+        parameter.unit,
+        within or "-",
+        ", ".join(_NEEDS[need] for need in sorted(needs)) or "-",
+    ]
 
 
 def _range(sensible: Sensible) -> str:
     low, high = sensible.low + sensible.about, sensible.high + sensible.about
-    per = "" if sensible.per == "1" else f" {sensible.per.replace('1/', 'per ')}"
-    return (f"±{high:g}" if low == -high else f"{low:g} to {high:g}") + per
+    per = "" if sensible.per == "1" else f" times {sensible.per}"
+    return f"{low:g} to {high:g}{per}"
 
 
 if __name__ == "__main__":
-    write_files({PAGE: page(catalogue())})
+    write_files({PAGE: page(catalogue()), PARAMETERS: parameter_page(catalogue())})

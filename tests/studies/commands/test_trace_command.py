@@ -11,7 +11,7 @@ import pytest
 from how_made import printed
 from rich.console import Console
 
-from docs.make.effects import PAGE, page
+from docs.make.effects import PAGE, PARAMETERS, page, parameter_page
 from fem_models.chain.solve import simulate_chain
 from fem_models.load import sine
 from fem_models.multibody import quasi_static as multibody
@@ -386,6 +386,7 @@ def test_effects_lists_the_catalogue(capsys):
 
 def test_the_page_of_the_catalogue_is_up_to_date():
     assert PAGE.read_text(encoding="utf-8") == page(catalogue()), "run python -m docs.make.effects"
+    assert PARAMETERS.read_text(encoding="utf-8") == parameter_page(catalogue()), "run python -m docs.make.effects"
 
 
 def test_progress_is_shown_on_a_terminal_only(monkeypatch):
