@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from fem_models.analytic.of_record import angle_range_of_rig, unit_words
-from fem_models.rig import RigError
+from fem_models.rig import Rig, RigError
 from fem_models.rig.of_record import require_the_rigs_sense, rig_of
 from hysteresis.arrays import Floats
 from hysteresis.files import RecordError, present, require_place, write_files
