@@ -150,9 +150,7 @@ def trace_records(
     """
     if not records:
         raise RecordError("no record: expected at least one")
-    for record in (*records, *reference):
-        require_rows(record)
-    records, reference = [thinned(one) for one in records], [thinned(one) for one in reference]
+    records, reference = [_usable(one) for one in records], [_usable(one) for one in reference]
     report = FitCount(progress or (lambda words, done, expected: None))
     every = catalogue() if effects is None else effects
     if any(bends_in_space(record) for record in (*records, *reference)):
@@ -177,6 +175,12 @@ def trace_records(
     trace = doubted_with_leap(doubted_on_heldout(doubted_without_noise(trace)), lost=bool(lost))
     notes = (*lost, *notes, *map(_out_of_plane, filter(None, map(coupling, numbered))))
     return replace(trace, words=(*trace.words, *notes, *sensor_words(trace.records, trace.floor.deg)))
+
+
+def _usable(record: Record) -> Record:
+    """Thin a long record; refuse one whose rows are in no order."""
+    require_rows(record)
+    return thinned(record)
 
 
 def _by_rules(trace: Trace, threads: int, *, known: bool) -> Trace:
