@@ -13,10 +13,10 @@ from fem_models.rig.checks import SolverError
 from hysteresis.records.record import Record
 from validation.tracing.baseline.known_rig import KnownRigProblem, known_rig_problem
 from validation.tracing.fitting import Fitted, Model, fit
-from validation.tracing.fitting.evidence import nothing_to_explain
+from validation.tracing.fitting.evidence import nothing_to_explain, significant_ratio
 from validation.tracing.search.restarts import best_of_other_loops
 from validation.tracing.search.search import Search
-from validation.tracing.settings import SAME_PRELOAD
+from validation.tracing.settings import FEW_STEPS, SAME_PRELOAD, SIGNIFICANT_LOOSE
 
 MOST_PAIRS = 6
 """Pairs of records whose preloads are exchanged at most: each is a fit of the baseline."""
@@ -31,10 +31,11 @@ def exchanged_words(search: Search, baseline: Fitted) -> str | None:
     if not isinstance(problem, KnownRigProblem) or nothing_to_explain(baseline, search.policy):
         return None
     records = [one.record for one in problem.records]
+    most = max(SIGNIFICANT_LOOSE, significant_ratio(baseline, search.policy))
     pairs = [(a, b) for a, b in combinations(range(len(records)), 2) if _differ(records[a], records[b])]
     for a, b in pairs if len(pairs) <= MOST_PAIRS else ():
         found = _with_exchanged(search, baseline, records, a, b)
-        if found is not None and nothing_to_explain(found, search.policy):
+        if found is not None and found.rmse_deg <= most * found.noise.deg:
             names = " and ".join(Path(records[k].source).name or f"record {k + 1}" for k in (a, b))
             return (
                 f"with the preloads of {names} exchanged ({records[a].rig['preload_N']:g} and "
@@ -55,7 +56,7 @@ def _differ(one: Record, other: Record) -> bool:
 def _with_exchanged(
     search: Search, baseline: Fitted, records: Sequence[Record], first: int, second: int
 ) -> Fitted | None:
-    """Fit the baseline to records two of which have each other's preload; None where there is no such rig."""
+    """Fit the baseline to records two of which have each other's preload; None where it fits no better at once."""
     own = [one.rig for one in records]
     own[first], own[second] = (
         {**own[one], "preload_N": own[other]["preload_N"]} for one, other in ((first, second), (second, first))
@@ -65,6 +66,9 @@ def _with_exchanged(
         if problem is not None:
             model = Model(problem)
             search.report("the baseline model, preloads exchanged", 0)
-            found = fit(model, baseline.holdout, model.coordinates(problem.start, []), threads=search.threads)
-            return best_of_other_loops(replace(search, problem=problem, _forms={}), found)
+            start = model.coordinates(problem.start, [])
+            few = fit(model, baseline.holdout, start, threads=search.threads, most_steps=FEW_STEPS)
+            if few.square < baseline.square:
+                found = fit(model, baseline.holdout, few.x, threads=search.threads)
+                return best_of_other_loops(replace(search, problem=problem, _forms={}), found)
     return None
