@@ -67,6 +67,7 @@ from validation.tracing.search.refine import refined
 from validation.tracing.search.search import FitCount, Progress
 from validation.tracing.search.stepwise import Selection
 from validation.tracing.sensors.drive_steps import sensor_words
+from validation.tracing.sensors.protocol import NOT_AS_RECORDED
 from validation.tracing.settings import (
     AS_DECLARED,
     COMPETITOR_NOISE,
@@ -319,7 +320,7 @@ def _tested(search: Search, alpha: float, seed: int) -> Trace | None:
     search, baseline = _from_first_states(search, best_of_other_loops(search, _baseline_of_known_rig(search)))
     trace = without_effects(search.policy, baseline)
     if words := _as_recorded(search, baseline):
-        return replace(trace, verdict="unexplained", words=(words,))
+        return replace(trace, verdict="unexplained", words=(NOT_AS_RECORDED, words))
     decision = decide(
         trace,
         effects=search.effects,
@@ -371,7 +372,7 @@ def _trace_as_declared(search: Search) -> Trace:
     baseline = best_of_other_loops(search, baseline)
     search, baseline = _from_first_states(search, baseline)
     if words := _as_recorded(search, baseline):
-        return replace(without_effects(search.policy, baseline), verdict="unexplained", words=(words,))
+        return replace(without_effects(search.policy, baseline), verdict="unexplained", words=(NOT_AS_RECORDED, words))
     if rests_early(baseline) and not isinstance(search.problem, SpaceProblem):  # whose runs take far longer
         search = replace(search, early=_declared(search, baseline))
     return _with_better_baseline(search, find_effects(search, baseline))

@@ -14,6 +14,8 @@ from hysteresis import Record
 from hysteresis.records.record import RecordError
 from hysteresis.sensors.lateness import lateness
 from validation.tracing import trace_records
+from validation.tracing.result import in_words, trace_report
+from validation.tracing.sensors.protocol import NOT_AS_RECORDED
 
 PRELOADS = (20.0, 8.0)
 
@@ -61,7 +63,8 @@ def test_a_late_angle_is_said_and_no_effect_is_named(records: tuple[Record, Reco
     trace = trace_records([_late(records[0], samples), records[1]])
     assert trace.verdict == "unexplained"
     assert trace.names == ()
-    assert trace.words[0].startswith(f"20N.csv: the angle goes on for {samples} samples after the drive reverses")
+    assert trace.words[0] == NOT_AS_RECORDED
+    assert trace.words[1].startswith(f"20N.csv: the angle goes on for {samples} samples after the drive reverses")
 
 
 def test_the_angle_of_a_rig_turns_back_with_the_drive(records: tuple[Record, Record]) -> None:
@@ -96,4 +99,7 @@ def test_exchanged_preloads_are_said_and_no_effect_is_named(records: tuple[Recor
     trace = trace_records(exchanged)
     assert trace.verdict == "unexplained"
     assert trace.names == ()
-    assert trace.words[0].startswith("with the preloads of 20N.csv and 8N.csv exchanged (8 and 20 N)")
+    said = in_words(trace_report(trace))
+    assert said[0].startswith("The residual has structure. The baseline model")
+    assert said[1] == f"N{NOT_AS_RECORDED[1:]}."
+    assert trace.words[1].startswith("with the preloads of 20N.csv and 8N.csv exchanged (8 and 20 N)")

@@ -40,7 +40,7 @@ def exchanged_words(search: Search, baseline: Fitted) -> str | None:
             return (
                 f"with the preloads of {names} exchanged ({records[a].rig['preload_N']:g} and "
                 f"{records[b].rig['preload_N']:g} N) the rig as declared fits to {found.rmse_deg:.2g} deg: compare "
-                "their sidecars with the bench; no effect was looked for"
+                "their sidecars with the bench"
             )
     return None
 
