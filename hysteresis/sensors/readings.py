@@ -80,15 +80,14 @@ def readings_of(record: Record, seen: int | None = None) -> Readings:
         return Readings(every)
     lost = lost_readings(record.drive, record.angle_deg)
     record = _without(record, lost)
-    leap_deg = sudden_leap(record, seen)
     updates = held_updates(record.drive, record.angle_deg)
     if updates is not None:
         held = round(float(np.median(np.diff(np.flatnonzero(updates)))))
-        return Readings(updates & ~lost, held, _places(lost), leap_deg)
+        return Readings(updates & ~lost, held, _places(lost), sudden_leap(record, seen))
     spikes = isolated_spikes(record.angle_deg, record.time_s)
     spikes &= ~_driven(record.drive, spikes)
     spikes = lost | (spikes & (~_turns(record.drive) | _is_far_off(record, spikes)))
-    return Readings(~spikes, spikes=_places(spikes), leap_deg=leap_deg)
+    return Readings(~spikes, spikes=_places(spikes), leap_deg=sudden_leap(_without(record, spikes), seen))
 
 
 def _driven(drive: Floats, spikes: Mask) -> Mask:
@@ -232,16 +231,16 @@ def reading_words(records: Sequence[Record], seen: int | None = None) -> tuple[s
         words.append(f"the sensor repeats its values for {slow} samples: only samples where they change are used")
     if spikes:
         words.append(f"{spikes} of {samples} angles are isolated spikes, which are left out")
-    for i, record in enumerate(records):
-        if record.drive_unit != "N":
+    for i, (one, as_read) in enumerate(zip(found, records, strict=True)):
+        if as_read.drive_unit != "N":
+            record = _without(as_read, np.isin(np.arange(one.read.size), one.spikes))
             here = _leap_words(_first(record, seen), i)
             words.append(here or _leap_words(record, i).replace(TAKEN, "it stays, as held-out samples have it"))
     return tuple(word for word in words if word)
 
 
 def _leap_words(record: Record, number: int) -> str:
-    """Say where a record is off against its own earlier cycles; empty where it is not."""
-    record = _without(record, lost_readings(record.drive, record.angle_deg))
+    """Say where a record without spikes is off against its own earlier cycles; empty where it is not."""
     leap = leap_between_cycles(record)
     name = Path(record.source).name or f"record {number + 1}"
     if leap is None or not leap.sudden:

@@ -13,6 +13,7 @@ from fem_models.rig import preset
 from hysteresis import Record
 from hysteresis.records.record import RecordError
 from hysteresis.sensors.lateness import lateness
+from hysteresis.sensors.readings import reading_words, readings_of
 from validation.tracing import trace_records
 from validation.tracing.result import in_words, trace_report
 from validation.tracing.sensors.protocol import NOT_AS_RECORDED
@@ -103,3 +104,13 @@ def test_exchanged_preloads_are_said_and_no_effect_is_named(records: tuple[Recor
     assert said[0].startswith("The residual has structure. The baseline model")
     assert said[1] == f"N{NOT_AS_RECORDED[1:]}."
     assert trace.words[1].startswith("with the preloads of 20N.csv and 8N.csv exchanged (8 and 20 N)")
+
+
+def test_readings_lost_about_a_reversal_are_no_leap(records: tuple[Record, Record]) -> None:
+    angle = records[0].angle_deg.copy()
+    top = int(np.argmax(records[0].drive))
+    angle[top - 1 : top + 3] = 0.0
+    lost = replace(records[0], angle_deg=angle)
+    words = reading_words([lost])
+    assert words == (f"4 of {angle.size} angles are isolated spikes, which are left out",)
+    assert readings_of(lost).leap_deg is None
