@@ -1,0 +1,146 @@
+"""Samples of a posterior by randomised fits: each solves the least squares of perturbed records and a perturbed prior.
+
+Let H(z), shape (m + p,), hold the residual of the records over its noise and, below it, z itself, whose prior is
+standard normal. With the Jacobian J = Q R at the smallest H, a sample solves the p equations
+
+    Q' H(z) = xi,    xi ~ N(0, I)
+
+(randomise-then-optimise: Bardsley et al. 2014, doi 10.1137/140964023). For a linear H these are samples of the
+posterior. Otherwise each one has the weight
+
+    exp(-|H|^2 / 2 + |Q' H|^2 / 2) / |det Q' J(z)|
+
+whose mean is the evidence of the law, up to a factor that all laws of the same records share. Samples of several optima
+and laws are therefore put together by their weights alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import least_squares
+
+from hysteresis.arrays import Floats
+
+_STEP = 1e-3  # of finite differences of z
+_MOST_FITS = 25  # evaluations of a least squares
+_MOST_STEPS = 12  # of Newton's method for a sample
+_SOLVED = 0.02  # of a standard deviation
+_LONGEST = 3.0  # step of Newton's method, in standard deviations of the posterior
+FAILED = 1e3
+"""Residual where no rig has these numbers or follows the drive: far from any posterior."""
+
+Residual = Callable[[Floats], Floats]
+"""z, shape (p,) -> H(z), shape (m + p,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Optimum:
+    """A smallest |H|: where it is, H there, and its Jacobian, shape (m + p, p)."""
+
+    z: Floats
+    residual: Floats
+    columns: Floats
+
+    @property
+    def square(self) -> float:
+        """Sum of squares."""
+        return float(self.residual @ self.residual)
+
+    @property
+    def log_evidence(self) -> float:
+        """Evidence by Laplace's approximation, up to the same factor as the weights of samples."""
+        return -0.5 * self.square - float(np.log(np.abs(np.diag(np.linalg.qr(self.columns, "r")))).sum())
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """A sample with the logarithm of its weight among those of one optimum."""
+
+    z: Floats
+    log_weight: float
+
+
+def jacobian(residual: Residual, z: Floats, at: Floats | None = None) -> Floats:
+    """Differentiate a function (p,) -> (m,) by forward differences; shape (m, p). ``at`` is its value at z."""
+    at = residual(z) if at is None else at
+    moved = np.eye(z.size) * _STEP
+    return np.column_stack([(residual(z + step) - at) / _STEP for step in moved])
+
+
+def optimum(residual: Residual, start: Floats) -> Optimum:
+    """Least squares from a start, shape (p,)."""
+    fit = least_squares(
+        residual, start, jac=lambda z: jacobian(residual, z), method="trf", ftol=1e-5, xtol=1e-6, gtol=1e-6,
+        max_nfev=_MOST_FITS,
+    )  # fmt: skip
+    return Optimum(fit.x, fit.fun, jacobian(residual, fit.x, fit.fun))
+
+
+def sampled(residual: Residual, best: Optimum, count: int, rng: np.random.Generator) -> list[Sample]:
+    """Draw samples about an optimum; those whose equations have no solution nearby are left out."""
+    found = (_sample(residual, best, np.linalg.qr(best.columns), rng.standard_normal(best.z.size)) for _ in range(count))
+    return [one for one in found if one is not None]
+
+
+def _sample(residual: Residual, best: Optimum, factors: tuple[Floats, Floats], xi: Floats) -> Sample | None:
+    q, tangent = factors[0].T, factors[1].copy()
+    z = best.z + np.linalg.solve(tangent, xi)
+    h = residual(z)
+    off = q @ h - xi
+    for _ in range(_MOST_STEPS):
+        size = float(np.linalg.norm(off))
+        if size <= _SOLVED:
+            break
+        step = -np.linalg.solve(tangent, off * min(1.0, _LONGEST / size))
+        new = residual(z + step)
+        for _ in range(3):
+            if np.linalg.norm(q @ new - xi) <= 1.2 * size:
+                break
+            step *= 0.5
+            new = residual(z + step)
+        moved = q @ new - xi
+        tangent += np.outer(moved - off - tangent @ step, step) / float(step @ step)  # Broyden's update
+        z, h, off = z + step, new, moved
+    else:
+        return None
+    across = q @ h
+    _, log_det = np.linalg.slogdet(q @ jacobian(residual, z, h))
+    return Sample(z, -0.5 * float(h @ h - across @ across) - float(log_det))
+
+
+def about(best: Optimum, count: int, rng: np.random.Generator) -> list[Sample]:
+    """Draw samples of Laplace's approximation, for a posterior that is too narrow for finite differences."""
+    factor = np.linalg.qr(best.columns, "r")
+    steps = np.linalg.solve(factor, rng.standard_normal((best.z.size, count))).T
+    return [Sample(best.z + step, best.log_evidence) for step in steps]
+
+
+def weights_of(log_weights: Sequence[float]) -> Floats:
+    """Weights that add up to 1, shape (n,)."""
+    logs = np.asarray(log_weights)
+    weights = np.exp(logs - logs.max())
+    return np.asarray(weights / weights.sum())
+
+
+def effective(weights: Floats) -> float:
+    """Effective number of samples: that of samples of equal weight which determine a mean as well."""
+    return float(1 / (weights**2).sum())
+
+
+def quantiles(values: ArrayLike, weights: Floats, levels: Sequence[float]) -> list[float]:
+    """Quantiles of weighted samples, at plotting positions i/(n + 1): the interval holds a further sample as often.
+
+    Parameters
+    ----------
+    values, weights
+        Shape (n,); weights add up to 1.
+    """
+    order = np.argsort(values)
+    ranked, share = np.asarray(values, dtype=float)[order], weights[order]
+    n = effective(weights)
+    places = (np.cumsum(share) - 0.5 * share + 0.5 / n) / (1 + 1 / n)
+    return [float(value) for value in np.interp(levels, places, ranked)]
