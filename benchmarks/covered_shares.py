@@ -24,7 +24,7 @@ from fem_models.rig import Rig, RigError, preset
 from fem_models.rig.checks import SolverError
 from hysteresis import Record
 from hysteresis.arrays import Floats
-from validation.separation import loop_program, separate
+from validation.separation import calibrate_rig, loop_program, separate
 from validation.separation.contributions import SOURCES
 from validation.separation.priors import drawn, laws_of
 
@@ -107,19 +107,22 @@ def records_of(case: Case, noise_deg: float, rng: np.random.Generator) -> list[R
 
 def covered(case: Case, seed: int, number: int, noise_deg: float) -> Covered:
     """Divide the records of a case, and compare with the rig that made them."""
-    from studies.commands.separation import divide_records
+    from studies.commands.separation import divided_draws, parts_with_intervals
 
     rng = np.random.default_rng([seed, number, round(1000 * noise_deg)])
     records, began = records_of(case, noise_deg, rng), time.process_time()
     row = Covered(seed, number, noise_deg, case.law, {}, {}, 0.0, 0.0, 0.0, case.redrawn)
     try:
-        result, calibrated = divide_records(records, seed=seed)
+        calibrated = calibrate_rig(records, seed=seed)
+        program = loop_program(float(case.drive_mm.min()), float(case.drive_mm.max()))
+        best = separate(calibrated.rig, program)
+        parts = parts_with_intervals(best, divided_draws(calibrated, program, best))
     except (RigError, SolverError, ValueError) as error:
         return replace(row, refused=str(error), seconds=round(time.process_time() - began, 2))
     found: dict[str, dict[str, tuple[float, float, float, float]]] = {name: {} for name in NUMBERS}
     for name in NUMBERS:
         for source in SOURCES:
-            part = result.contributions[source]
+            part = parts[source]
             value, interval = part.share_of(name), part.interval(name)
             low, high = interval or (-np.inf, np.inf)
             found[name][source] = (case.shares[name][source], np.nan if value is None else value, low, high)

@@ -16,8 +16,9 @@ and laws are therefore put together by their weights alone.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,16 +26,20 @@ from scipy.optimize import least_squares
 
 from hysteresis.arrays import Floats
 
-_STEP = 1e-3  # of finite differences of z
 _MOST_FITS = 25  # evaluations of a least squares
 _MOST_STEPS = 12  # of Newton's method for a sample
-_SOLVED = 0.02  # of a standard deviation
+_SOLVED = 0.05  # of a standard deviation
 _LONGEST = 3.0  # step of Newton's method, in standard deviations of the posterior
-FAILED = 1e3
-"""Residual where no rig has these numbers or follows the drive: far from any posterior."""
 
-Residual = Callable[[Floats], Floats]
-"""z, shape (p,) -> H(z), shape (m + p,)."""
+
+class Target(Protocol):
+    """The function H(z), whose half sum of squares is the negative logarithm of the posterior's density."""
+
+    def residual(self, z: Floats, /) -> Floats:
+        """H at z, shape (p,) -> (m + p,)."""
+
+    def columns(self, z: Floats, /) -> Floats:
+        """Jacobian of H at z, shape (m + p, p)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,51 +69,44 @@ class Sample:
     log_weight: float
 
 
-def jacobian(residual: Residual, z: Floats, at: Floats | None = None) -> Floats:
-    """Differentiate a function (p,) -> (m,) by forward differences; shape (m, p). ``at`` is its value at z."""
-    at = residual(z) if at is None else at
-    moved = np.eye(z.size) * _STEP
-    return np.column_stack([(residual(z + step) - at) / _STEP for step in moved])
-
-
-def optimum(residual: Residual, start: Floats) -> Optimum:
+def optimum(target: Target, start: Floats) -> Optimum:
     """Least squares from a start, shape (p,)."""
     fit = least_squares(
-        residual, start, jac=lambda z: jacobian(residual, z), method="trf", ftol=1e-5, xtol=1e-6, gtol=1e-6,
-        max_nfev=_MOST_FITS,
-    )  # fmt: skip
-    return Optimum(fit.x, fit.fun, jacobian(residual, fit.x, fit.fun))
+        target.residual, start, jac=target.columns, method="trf", ftol=1e-5, xtol=1e-6, gtol=1e-6, max_nfev=_MOST_FITS
+    )
+    return Optimum(fit.x, fit.fun, target.columns(fit.x))
 
 
-def sampled(residual: Residual, best: Optimum, count: int, rng: np.random.Generator) -> list[Sample]:
+def sampled(target: Target, best: Optimum, count: int, rng: np.random.Generator) -> list[Sample]:
     """Draw samples about an optimum; those whose equations have no solution nearby are left out."""
-    found = (_sample(residual, best, np.linalg.qr(best.columns), rng.standard_normal(best.z.size)) for _ in range(count))
+    factors = np.linalg.qr(best.columns)
+    found = (_sample(target, best.z, factors, rng.standard_normal(best.z.size)) for _ in range(count))
     return [one for one in found if one is not None]
 
 
-def _sample(residual: Residual, best: Optimum, factors: tuple[Floats, Floats], xi: Floats) -> Sample | None:
+def _sample(target: Target, start: Floats, factors: tuple[Floats, Floats], xi: Floats) -> Sample | None:
     q, tangent = factors[0].T, factors[1].copy()
-    z = best.z + np.linalg.solve(tangent, xi)
-    h = residual(z)
+    z = start + np.linalg.solve(tangent, xi)
+    h = target.residual(z)
     off = q @ h - xi
     for _ in range(_MOST_STEPS):
         size = float(np.linalg.norm(off))
         if size <= _SOLVED:
             break
         step = -np.linalg.solve(tangent, off * min(1.0, _LONGEST / size))
-        new = residual(z + step)
+        new = target.residual(z + step)
         for _ in range(3):
             if np.linalg.norm(q @ new - xi) <= 1.2 * size:
                 break
             step *= 0.5
-            new = residual(z + step)
+            new = target.residual(z + step)
         moved = q @ new - xi
         tangent += np.outer(moved - off - tangent @ step, step) / float(step @ step)  # Broyden's update
         z, h, off = z + step, new, moved
     else:
         return None
     across = q @ h
-    _, log_det = np.linalg.slogdet(q @ jacobian(residual, z, h))
+    _, log_det = np.linalg.slogdet(q @ target.columns(z))
     return Sample(z, -0.5 * float(h @ h - across @ across) - float(log_det))
 
 

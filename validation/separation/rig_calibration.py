@@ -15,6 +15,7 @@ from itertools import combinations
 import numpy as np
 
 from fem_models.chain import simulate_chain, solve_chain
+from fem_models.chain.along import line_along, moved_along, moved_run, moved_series, taped_run
 from fem_models.chain.solve import chain_angle_deg
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
@@ -29,11 +30,9 @@ from hysteresis.records.record import RecordError
 from hysteresis.sensors.readings import Cleaned, cleaned, sensor_notes
 from validation.separation.contributions import loop_program
 from validation.separation.posterior import (
-    FAILED,
     Optimum,
     about,
     effective,
-    jacobian,
     optimum,
     quantiles,
     sampled,
@@ -48,6 +47,8 @@ DRAWS = 64
 CORRELATED = 0.95
 """Magnitude of the correlation above which two parameters are reported as inseparable."""
 LEVELS = (0.025, 0.975)
+_STEP = 1e-3  # of finite differences of z
+_FAILED = 1e3  # residual where no rig has these numbers or follows the drive: far from any posterior
 _AT_REST = 0.05  # share of the drive's range: a record that begins this close to zero begins from rest
 _OTHER_LOOPS = (0.5, 1.0, 2.0)  # slip angles over that of the rig, from which the fit starts again
 _LEAST_NOISE = 1e-6  # of the range of the angle: less comes from a simulation
@@ -139,10 +140,10 @@ class _Loop:
     angle_deg: Floats
     read: Mask
 
-    def residual_deg(self, law: Law, z: Floats) -> Floats:
-        angle = chain_angle_deg(law.rig_at(z, self.rig), self.program)[self.skip :]
-        difference = (angle - self.angle_deg)[self.read]
-        return np.asarray(difference - difference.mean())  # the zero of the angle is free
+    def residual_deg(self, angle_deg: Floats) -> Floats:
+        """Difference of an angle of the whole program from the readings; the zero of the angle is free."""
+        difference = (angle_deg[self.skip :] - self.angle_deg)[self.read]
+        return np.asarray(difference - difference.mean())
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,10 +157,32 @@ class _Problem:
     def residual(self, z: Floats) -> Floats:
         """Residuals over their standard deviation, and z below them: the prior. Shape (m + p,)."""
         try:
-            rows = [loop.residual_deg(self.law, z) / self.sigma_deg for loop in self.loops]
+            angles = [chain_angle_deg(self.law.rig_at(z, loop.rig), loop.program) for loop in self.loops]
         except (SolverError, RigError):  # no equilibrium with these values: the large residual shortens the step
-            rows = [np.full(int(loop.read.sum()), FAILED) for loop in self.loops]
+            return np.concatenate([np.full(int(loop.read.sum()), _FAILED) for loop in self.loops] + [z])
+        rows = [loop.residual_deg(angle) / self.sigma_deg for loop, angle in zip(self.loops, angles, strict=True)]
         return np.concatenate([*rows, z])
+
+    def columns(self, z: Floats) -> Floats:
+        """Jacobian of the residual, shape (m + p, p), by rigs that are moved along the steps of the rig."""
+        rows = [self._columns_of(loop, z) / self.sigma_deg for loop in self.loops]
+        return np.vstack([*rows, np.eye(z.size)])
+
+    def _columns_of(self, loop: _Loop, z: Floats) -> Floats:
+        found = np.zeros((int(loop.read.sum()), z.size))
+        try:
+            base = taped_run(self.law.rig_at(z, loop.rig), loop.program)
+            line, here = line_along(base), loop.residual_deg(base.series.angle_deg)
+        except (SolverError, RigError):
+            return found
+        for i, step in enumerate(np.eye(z.size) * _STEP):
+            try:
+                moved = moved_run(base, self.law.rig_at(z + step, loop.rig), loop.program)
+                angle = moved_series(base, moved, moved_along(line, moved)).angle_deg
+            except (SolverError, RigError):
+                continue
+            found[:, i] = (loop.residual_deg(angle) - here) / _STEP
+        return found
 
     def residual_deg(self, found: Optimum) -> Floats:
         """Residual of the records at an optimum, shape (m,)."""
@@ -203,20 +226,20 @@ def calibrate_rig(records: Sequence[Record], *, seed: int = 0) -> RigCalibration
 
 def _modes(problem: _Problem) -> list[_Mode]:
     """Optima from the stated rig, and from other loops of the material, which may be several optima away."""
-    fits = [optimum(problem.residual, np.zeros(len(problem.law.coordinates)))]
+    fits = [optimum(problem, np.zeros(len(problem.law.coordinates)))]
     names = list(problem.law.coordinates)
     if all(name in names for name in LOOP):
         share, angle = (names.index(name) for name in LOOP)
         for factor in _OTHER_LOOPS:
             start = min(fits, key=lambda fit: fit.square).z.copy()
             start[share], start[angle] = 0.0, math.log(factor) / problem.law.coordinates[LOOP[1]].spread
-            fits.append(optimum(problem.residual, start))
+            fits.append(optimum(problem, start))
     return [_Mode(problem, fit) for fit in fits]
 
 
 def _refitted(mode: _Mode, sigma_deg: float) -> _Mode:
     problem = replace(mode.problem, sigma_deg=sigma_deg)
-    return _Mode(problem, optimum(problem.residual, mode.best.z))
+    return _Mode(problem, optimum(problem, mode.best.z))
 
 
 def _distinct(modes: Sequence[_Mode]) -> list[_Mode]:
@@ -328,7 +351,7 @@ def _drawn(modes: Sequence[_Mode], seed: int) -> list[_Drawn]:
     odds, rng, found = weights_of([mode.best.log_evidence for mode in modes]), np.random.default_rng([seed, 56]), []
     for mode, share in zip(modes, odds.tolist(), strict=True):
         count = max(_LEAST_DRAWS, round(share * DRAWS))
-        draws = sampled(mode.problem.residual, mode.best, count, rng)
+        draws = sampled(mode.problem, mode.best, count, rng)
         if len(draws) < _LEAST_DRAWS:
             draws = about(mode.best, count, rng)
         found += [_Drawn(mode.problem.law, one.z, one.log_weight - math.log(len(draws))) for one in draws]
@@ -392,10 +415,9 @@ def _experiments(mode: _Mode) -> tuple[Experiment, ...]:
         rig, program = replace(loop.rig, preload_N=p * preload), loop_program(a * low, a * high, cycles=1)
         angles = np.zeros(program.drive_mm.size)
         other = replace(problem, loops=(_Loop(rig, program, 0, angles, angles == 0),))
-        there = other.residual(z)
-        if there[0] == FAILED:
+        more = other.columns(z)[: -z.size]
+        if not more.any():
             continue
-        more = jacobian(other.residual, z, there)[: -z.size]
         information = known + more.T @ more * samples / records / more.shape[0]
         gain = 0.5 * float(np.linalg.slogdet(information)[1] - np.linalg.slogdet(known)[1])
         narrower = before / np.sqrt(np.diag(np.linalg.inv(information)))
