@@ -42,7 +42,7 @@ from validation.separation.priors import LOOP, PRIORS, Law, laws_of
 
 SAMPLES = 300
 """Samples of a record that the fit keeps. The mechanics is quasi-static: only the reversals are indispensable."""
-DRAWS = 64
+DRAWS = 56
 """Rigs that are drawn from the posterior, of all laws and optima together."""
 CORRELATED = 0.95
 """Magnitude of the correlation above which two parameters are reported as inseparable."""
@@ -52,6 +52,8 @@ _FAILED = 1e3  # residual where no rig has these numbers or follows the drive: f
 _AT_REST = 0.05  # share of the drive's range: a record that begins this close to zero begins from rest
 _OTHER_LOOPS = (0.5, 1.0, 2.0)  # slip angles over that of the rig, from which the fit starts again
 _LEAST_NOISE = 1e-6  # of the range of the angle: less comes from a simulation
+_HOPELESS = 4.0  # times the sum of squares of another law: twice its misfit
+_FAR = 60.0  # sum of squares above the least: odds of exp(-30)
 _LEAST_ODDS = 0.005  # of a law or an optimum: one that is less likely has a third of a draw
 _LEAST_DRAWS = 8  # of a law or an optimum that counts
 _NEAR_PLATEAU = 0.7  # of the lowest plateau: a metal that is stressed less is linear, whatever its tolerances
@@ -196,6 +198,11 @@ class _Mode:
     problem: _Problem
     best: Optimum
 
+    @property
+    def square(self) -> float:
+        """Sum of squares of records and prior."""
+        return self.best.square
+
     def is_like(self, other: _Mode) -> bool:
         """Whether two optima of a law are the same."""
         if self.problem.law is not other.problem.law:
@@ -217,24 +224,43 @@ def calibrate_rig(records: Sequence[Record], *, seed: int = 0) -> RigCalibration
     loops = tuple(_loop(one) for one in sensed)
     noise_deg = _noise_deg([one.record for one in sensed])
     laws = _possible(laws_of(loops[0].rig, records[0].rig.get("tolerance")), loops)
-    found = [mode for law in laws for mode in _modes(_Problem(law, loops, noise_deg))]
-    first = max(found, key=lambda mode: mode.best.log_evidence)
-    sigma_deg = _sigma_deg(first, noise_deg)
-    modes = _distinct([_refitted(mode, sigma_deg) for mode in found])
+    found = _optima([_Problem(law, loops, noise_deg) for law in laws])
+    sigma_deg = _sigma_deg(found[0], noise_deg)
+    scale = (sigma_deg / noise_deg) ** 2
+    close = [mode for mode in found if mode.square - found[0].square <= _FAR * scale]
+    modes = _distinct([_refitted(mode, sigma_deg) for mode in close])
     return replace(_calibration(modes, noise_deg, seed), notes=sensor_notes(sensed))
 
 
-def _modes(problem: _Problem) -> list[_Mode]:
-    """Optima from the stated rig, and from other loops of the material, which may be several optima away."""
-    fits = [optimum(problem, np.zeros(len(problem.law.coordinates)))]
-    names = list(problem.law.coordinates)
-    if all(name in names for name in LOOP):
+def _optima(problems: Sequence[_Problem]) -> list[_Mode]:
+    """Optima of all laws that are not the same, the likeliest first.
+
+    A fit begins with the stated rig, and again with other loops of the material, which may be several optima away; not
+    where another law leaves far less.
+    """
+    found = [_Mode(one, optimum(one, np.zeros(len(one.law.coordinates)))) for one in problems]
+    least = min(mode.square for mode in found)
+    for problem, first in zip(problems, tuple(found), strict=True):
+        names = list(problem.law.coordinates)
+        if first.square > _HOPELESS * least or not all(name in names for name in LOOP):
+            continue
         share, angle = (names.index(name) for name in LOOP)
+        best = first
         for factor in _OTHER_LOOPS:
-            start = min(fits, key=lambda fit: fit.square).z.copy()
+            start = best.best.z.copy()
             start[share], start[angle] = 0.0, math.log(factor) / problem.law.coordinates[LOOP[1]].spread
-            fits.append(optimum(problem, start))
-    return [_Mode(problem, fit) for fit in fits]
+            other = _Mode(problem, optimum(problem, start))
+            best = min(best, other, key=lambda mode: mode.square)
+            found.append(other)
+    return _without_repetition(found)
+
+
+def _without_repetition(modes: Sequence[_Mode]) -> list[_Mode]:
+    kept: list[_Mode] = []
+    for mode in sorted(modes, key=lambda mode: -mode.best.log_evidence):
+        if not any(one.is_like(mode) for one in kept):
+            kept.append(mode)
+    return kept
 
 
 def _refitted(mode: _Mode, sigma_deg: float) -> _Mode:
@@ -244,10 +270,7 @@ def _refitted(mode: _Mode, sigma_deg: float) -> _Mode:
 
 def _distinct(modes: Sequence[_Mode]) -> list[_Mode]:
     """Optima without repetition, the likeliest first, and without those that do not count."""
-    kept: list[_Mode] = []
-    for mode in sorted(modes, key=lambda mode: -mode.best.log_evidence):
-        if not any(one.is_like(mode) for one in kept):
-            kept.append(mode)
+    kept = _without_repetition(modes)
     top = kept[0].best.log_evidence
     return [mode for mode in kept if mode.best.log_evidence > top + math.log(_LEAST_ODDS)]
 
