@@ -10,9 +10,9 @@ import numpy as np
 
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
+from fem_models.rig.checks import SolverError
 from fem_models.rig.of_record import rig_of
 from hysteresis import identify
-from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats
 from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.records.metrics import dissipated_area, loop_width
@@ -31,11 +31,13 @@ from studies.results.separation import (
     NextExperiment,
     OverEnsemble,
     Separation,
+    ToMeasure,
 )
 from validation.separation import Contributions, calibrate_rig, loop_program, separate
-from validation.separation.contributions import PLAY, SETS, STEPS, shapley_shares
+from validation.separation.contributions import PLAY, SETS, SOURCES, STEPS, shapley_shares
 from validation.separation.ensemble import LEVEL, range_of, separate_each
 from validation.separation.posterior import quantiles
+from validation.separation.priors import METAL_TEST, PRIORS, stated_values
 from validation.separation.rig_calibration import LEVELS, RigCalibration
 from validation.separation.sensitivity import Sensitivities, sensitivities
 
@@ -48,6 +50,8 @@ MOVING = 0.02
 """Change of a share from a tenfold EA, over the largest share, of which the result warns."""
 UNLIKE = 0.1  # of the range of the angle: more than that is left by a rig that is not that of the record
 MISFIT = 2.0  # of what the rig leaves over the noise
+LAW = "law"
+"""Name of the law of the metal among the numbers that a share depends on: 1 is the flag."""
 SHOWN = 6
 """Constants whose sensitivity a terminal shows, the strongest; ``separate.json`` has all."""
 
@@ -63,6 +67,7 @@ inextensible tendons the wheel prescribes the angle, and there is no loop to fit
 STEPS_OF_RIG = 2 + len(OBSERVABLE)
 STEPS_OF_RECORDS = 1 + STEPS_OF_RIG
 
+
 @dataclass(frozen=True, eq=False)
 class Draws:
     """Parts of the loops of rigs drawn from a posterior, with their weights, which add up to 1.
@@ -70,6 +75,7 @@ class Draws:
     ``tables`` has shape (n, parts, :data:`NUMBERS`), ``weights`` (n,).
     """
 
+    rigs: tuple[Rig, ...]
     tables: Floats
     weights: Floats
 
@@ -166,7 +172,7 @@ def separate_records(
     return replace(
         result,
         contributions=parts_with_intervals(found, draws),
-        calibration=_calibration(calibrated),
+        calibration=replace(_calibration(calibrated), to_measure=to_measure(found, draws)),
         measured=_measured(records[0]),
         warnings=result.warnings + calibrated.notes + unlike + unseparated,
         records=tuple(record.source for record in records if record.source),
@@ -181,14 +187,15 @@ def divided_draws(calibrated: RigCalibration, program: LoadProgram, found: Contr
     """
     coarse = loop_program(float(program.drive_mm.min()), float(program.drive_mm.max()), cycles=1, steps=STEPS // 2)
     best, exact = (_table(one) for one in (separate(calibrated.rig, coarse, softer=found.softer), found))
-    tables, weights = [], []
+    rigs, tables, weights = [], [], []
     for rig, weight in zip(calibrated.rigs, calibrated.weights.tolist(), strict=True):
         try:
             tables.append(exact + _table(separate(rig, coarse, softer=found.softer)) - best)
         except (RigError, SolverError):
             continue
+        rigs.append(rig)
         weights.append(weight)
-    return Draws(np.array(tables), np.array(weights) / sum(weights))
+    return Draws(tuple(rigs), np.array(tables), np.array(weights) / sum(weights))
 
 
 def _table(found: Contributions) -> Floats:
@@ -217,6 +224,32 @@ def parts_with_intervals(found: Contributions, draws: Draws) -> dict[str, Contri
         )
         for i, (part, one) in enumerate(_parts(found).items())
     }
+
+
+def to_measure(found: Contributions, draws: Draws) -> tuple[ToMeasure, ...]:
+    """Name the parameter of each source that its energy share depends on most, over the draws.
+
+    It explains the square of its correlation with the share. Where the draws have two laws, the law is one of them.
+    """
+    known = [stated_values(rig) | {LAW: float(rig.superelastic is not None)} for rig in draws.rigs]
+    names = [name for name in known[0] if all(name in one for one in known)]
+    column, rows = NUMBERS.index("share"), list(_parts(found))
+    out = []
+    for source in SOURCES:
+        share = draws.tables[:, rows.index(source), column]
+        squares = {name: _explained([one[name] for one in known], share, draws.weights) for name in names}
+        most = max(squares, key=lambda name: squares[name])
+        if squares[most] > 0:
+            how = METAL_TEST if most == LAW else PRIORS[most].how
+            out.append(ToMeasure(part=source, parameter=most, explains=squares[most], how=how))
+    return tuple(out)
+
+
+def _explained(values: Sequence[float], share: Floats, weights: Floats) -> float:
+    """Square of the correlation of a number with a share, shapes (n,); 0 where one of them does not vary."""
+    x, y = (one - weights @ one for one in (np.asarray(values), share))
+    spread = float(weights @ x**2) * float(weights @ y**2)
+    return float((weights @ (x * y)) ** 2 / spread) if spread > 0 else 0.0
 
 
 def _unlike(found: RigCalibration, range_deg: float) -> tuple[str, ...]:
@@ -327,6 +360,8 @@ def _calibration(found: RigCalibration) -> Calibration:
         correlations=found.correlations,
         not_separated=found.inseparable,
         next_experiments=tuple(NextExperiment(**vars(e)) for e in found.experiments),
+        laws=found.laws,
+        effective_draws=found.effective_draws,
     )
 
 
@@ -354,6 +389,12 @@ def summary(result: Separation) -> list[str]:
         lines.append(f"calibrated rig: {found.rmse_deg:.3g} deg rmse, condition number {found.condition:.3g}")
         for name, c in found.parameters.items():
             lines.append(f"  {name} {c}")
+        lines += [f"law of the metal: {name}, {100 * odds:.2g} %" for name, odds in (found.laws or {}).items()]
+        lines += [
+            f"energy of {one.part.replace('_', ' ')}: {100 * one.explains:.0f} % of what is open depends on "
+            f"{one.parameter}: {one.how}"
+            for one in found.to_measure
+        ]
         for e in found.next_experiments[:2]:
             lines.append(
                 f"next experiment: {e.what} ({e.preload_N:.3g} N, {e.amplitude_mm:.3g} mm): information gain "

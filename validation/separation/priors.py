@@ -45,6 +45,8 @@ class Prior:
         Standard deviation of the logarithm, of the logit, or in the number's own unit.
     source
         Where the spread comes from, or why it is assumed.
+    how
+        How the number is measured by itself.
     unstated
         Median and spread where the rig states 0; None where 0 cannot be, or is kept.
     """
@@ -53,6 +55,7 @@ class Prior:
     shape: Shape
     spread: float
     source: str
+    how: str
     unstated: tuple[float, float] | None = None
 
 
@@ -60,34 +63,51 @@ _UNKNOWN = "friction is not on a drawing: a factor of 5 either way is two standa
 _LOOP = "a law of the loop, not of the metal: no drawing has it; assumed"
 _FITTED = "spread of published constants of the alloy at one temperature; assumed"
 
+METAL_TEST = "bend the notched tube without tendons, there and back"
+"""How the law of the metal is told."""
+_PULL = "pull a length of the metal, there and back"
 PRIORS: Mapping[str, Prior] = {
-    "sheath_N": Prior("N", "log", 0.8, _UNKNOWN, (0.3, 1.2)),
+    "sheath_N": Prior(
+        "N", "log", 0.8, _UNKNOWN, "draw the tendon through its sheath alone, tension at both ends", (0.3, 1.2)
+    ),
     "capstan_coefficient": Prior(
         "-", "log", 0.8, "steel on NiTi 0.2, up to 0.4 by fit (York et al., ICRA 2015), oiled far less; assumed",
-        (0.03, 1.2),
+        "tension at wheel and tip with the tube held bent", (0.03, 1.2),
     ),
-    "guide_N": Prior("N", "log", 0.8, _UNKNOWN),
-    "EA_N": Prior("N", "log", 0.3, "a strand has 50 to 85 % metal, and 150 to 200 GPa; assumed"),
-    "toe_N": Prior("N", "log", 0.7, "a strand or a splice that settles: no data sheet has it; assumed", (3.0, 1.2)),
-    "free_length_mm": Prior("mm", "log", 0.02, "3 mm of 150 mm, by tape along a curved path; assumed"),
-    "moment_arm_mm": Prior("mm", "plain", 0.025, "ISO 2768-1 fine, +-0.05 mm up to 6 mm, as two standard deviations"),
-    "depth_mm": Prior("mm", "plain", 0.01, "wire or laser cutting, +-0.02 mm as two standard deviations; assumed"),
+    "guide_N": Prior("N", "log", 0.8, _UNKNOWN, "draw the tendon through the straight tube, tension at both ends"),
+    "EA_N": Prior(
+        "N", "log", 0.3, "a strand has 50 to 85 % metal, and 150 to 200 GPa; assumed",
+        "pull the tendon alone: force over stretch",
+    ),
+    "toe_N": Prior(
+        "N", "log", 0.7, "a strand or a splice that settles: no data sheet has it; assumed",
+        "pull the tendon alone, at tensions about the preload", (3.0, 1.2),
+    ),
+    "free_length_mm": Prior("mm", "log", 0.02, "3 mm of 150 mm, by tape along a curved path; assumed", "measure it"),
+    "moment_arm_mm": Prior(
+        "mm", "plain", 0.025, "ISO 2768-1 fine, +-0.05 mm up to 6 mm, as two standard deviations",
+        "the places of the guides under a microscope",
+    ),
+    "depth_mm": Prior(
+        "mm", "plain", 0.01, "wire or laser cutting, +-0.02 mm as two standard deviations; assumed",
+        "the depth of the notches under a microscope",
+    ),
     "youngs_modulus_GPa": Prior(
-        "GPa", "log", 0.15, "40 to 80 GPa of austenite, doi 10.1016/j.commatsci.2021.110357, about a stated value"
+        "GPa", "log", 0.15, "40 to 80 GPa of austenite, doi 10.1016/j.commatsci.2021.110357, about a stated value",
+        "bend the tube before it is cut",
     ),
-    "flexure_stiffness_Nmm_per_rad": Prior("Nmm/rad", "log", 0.05, "a bending test of one joint; assumed"),
-    "loop_share": Prior("-", "logit", 0.8, _LOOP, (0.1, 1.2)),
-    "loop_angle_deg": Prior("deg", "log", 0.6, _LOOP),
-    "plateau_MPa": Prior("MPa", "log", 0.08, _FITTED),
-    "unloading_plateau_MPa": Prior("MPa", "log", 0.15, _FITTED),
-    "transformation_strain": Prior("-", "log", 0.15, _FITTED),
-    "plateau_modulus_GPa": Prior("GPa", "log", 0.3, _FITTED),
+    "flexure_stiffness_Nmm_per_rad": Prior("Nmm/rad", "log", 0.05, "a bending test of one joint; assumed", METAL_TEST),
+    "loop_share": Prior("-", "logit", 0.8, _LOOP, METAL_TEST, (0.1, 1.2)),
+    "loop_angle_deg": Prior("deg", "log", 0.6, _LOOP, METAL_TEST),
+    "plateau_MPa": Prior("MPa", "log", 0.08, _FITTED, _PULL),
+    "unloading_plateau_MPa": Prior("MPa", "log", 0.15, _FITTED, _PULL),
+    "transformation_strain": Prior("-", "log", 0.15, _FITTED, _PULL),
+    "plateau_modulus_GPa": Prior("GPa", "log", 0.3, _FITTED, _PULL),
 }  # fmt: skip
 """Numbers that are fitted to records, with their priors, by their names in ``separate.json``."""
 
 FLAG = ("plateau_MPa", "unloading_plateau_MPa", "transformation_strain", "plateau_modulus_GPa")
 LOOP = ("loop_share", "loop_angle_deg")
-LAW_WORDS = {"linear": "linear metal with a Jenkins loop", "flag": "superelastic flag under the tendons' thrust"}
 _CLOSE_TO_ONE = 1e-6
 
 

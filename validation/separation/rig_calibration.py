@@ -223,13 +223,20 @@ def calibrate_rig(records: Sequence[Record], *, seed: int = 0) -> RigCalibration
     sensed = [cleaned(record) for record in records]
     loops = tuple(_loop(one) for one in sensed)
     noise_deg = _noise_deg([one.record for one in sensed])
-    laws = _possible(laws_of(loops[0].rig, records[0].rig.get("tolerance")), loops)
+    laws = _possible(_laws(records[0], loops[0].rig), loops)
     found = _optima([_Problem(law, loops, noise_deg) for law in laws])
     sigma_deg = _sigma_deg(found[0], noise_deg)
     scale = (sigma_deg / noise_deg) ** 2
     close = [mode for mode in found if mode.square - found[0].square <= _FAR * scale]
     modes = _distinct([_refitted(mode, sigma_deg) for mode in close])
     return replace(_calibration(modes, noise_deg, seed), notes=sensor_notes(sensed))
+
+
+def _laws(record: Record, rig: Rig) -> tuple[Law, ...]:
+    try:
+        return laws_of(rig, record.rig.get("tolerance"))
+    except RigError as error:
+        raise RigError(f"{record.source or record.title or 'record'}: {error}") from None
 
 
 def _optima(problems: Sequence[_Problem]) -> list[_Mode]:
@@ -290,7 +297,7 @@ def _possible(laws: tuple[Law, ...], loops: Sequence[_Loop]) -> tuple[Law, ...]:
 
 
 def _sigma_deg(mode: _Mode, noise_deg: float) -> float:
-    """Standard deviation of a residual that counts as independent.
+    """Give the standard deviation of residuals, as if they were independent.
 
     Autocorrelated residuals (first order) count as fewer samples, and those beyond the noise widen all intervals.
     """
