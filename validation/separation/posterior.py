@@ -23,6 +23,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
+from scipy.special import ndtri
 
 from hysteresis.arrays import Floats
 
@@ -132,6 +133,9 @@ def effective(weights: Floats) -> float:
 def quantiles(values: ArrayLike, weights: Floats, levels: Sequence[float]) -> list[float]:
     """Quantiles of weighted samples, at plotting positions i/(n + 1): the interval holds a further sample as often.
 
+    Between samples they are linear in the normal score. Beyond the outermost sample they are on its line from the
+    median: few samples do not reach far enough.
+
     Parameters
     ----------
     values, weights
@@ -140,5 +144,13 @@ def quantiles(values: ArrayLike, weights: Floats, levels: Sequence[float]) -> li
     order = np.argsort(values)
     ranked, share = np.asarray(values, dtype=float)[order], weights[order]
     n = effective(weights)
-    places = (np.cumsum(share) - 0.5 * share + 0.5 / n) / (1 + 1 / n)
-    return [float(value) for value in np.interp(levels, places, ranked)]
+    scores = ndtri((np.cumsum(share) - 0.5 * share + 0.5 / n) / (1 + 1 / n))
+    median = float(np.interp(0.0, scores, ranked))
+
+    def at(score: float) -> float:
+        for end in (0, -1):
+            if abs(score) > abs(scores[end]) > 0 and score * scores[end] > 0:
+                return median + (float(ranked[end]) - median) * score / float(scores[end])
+        return float(np.interp(score, scores, ranked))
+
+    return [at(float(ndtri(level))) for level in levels]

@@ -31,6 +31,7 @@ from hysteresis.sensors.readings import Cleaned, cleaned, sensor_notes
 from validation.separation.contributions import loop_program
 from validation.separation.posterior import (
     Optimum,
+    Sample,
     about,
     effective,
     optimum,
@@ -42,7 +43,7 @@ from validation.separation.priors import LOOP, PRIORS, Law, laws_of
 
 SAMPLES = 300
 """Samples of a record that the fit keeps. The mechanics is quasi-static: only the reversals are indispensable."""
-DRAWS = 56
+DRAWS = 48
 """Rigs that are drawn from the posterior, of all laws and optima together."""
 CORRELATED = 0.95
 """Magnitude of the correlation above which two parameters are reported as inseparable."""
@@ -55,7 +56,8 @@ _LEAST_NOISE = 1e-6  # of the range of the angle: less comes from a simulation
 _HOPELESS = 4.0  # times the sum of squares of another law: twice its misfit
 _FAR = 60.0  # sum of squares above the least: odds of exp(-30)
 _LEAST_ODDS = 0.005  # of a law or an optimum: one that is less likely has a third of a draw
-_LEAST_DRAWS = 8  # of a law or an optimum that counts
+_ROUNDS, _ENOUGH = 2, 20.0  # of draws, and the effective number that is enough after the first
+_LEAST_DRAWS = 6  # of a law or an optimum that counts
 _NEAR_PLATEAU = 0.7  # of the lowest plateau: a metal that is stressed less is linear, whatever its tolerances
 _ALIKE = 1.0  # standard deviations between two optima that are the same
 
@@ -377,14 +379,21 @@ class _Drawn:
 
 
 def _drawn(modes: Sequence[_Mode], seed: int) -> list[_Drawn]:
-    """Draw rigs about all optima, in proportion to their evidence; an optimum itself where no draw is solved."""
-    odds, rng, found = weights_of([mode.best.log_evidence for mode in modes]), np.random.default_rng([seed, 56]), []
-    for mode, share in zip(modes, odds.tolist(), strict=True):
-        count = max(_LEAST_DRAWS, round(share * DRAWS))
-        draws = sampled(mode.problem, mode.best, count, rng)
-        if len(draws) < _LEAST_DRAWS:
-            draws = about(mode.best, count, rng)
-        found += [_Drawn(mode.problem.law, one.z, one.log_weight - math.log(len(draws))) for one in draws]
+    """Draw rigs about all optima, in proportion to their evidence; a second time where the first ones weigh unevenly."""
+    odds, rng = weights_of([mode.best.log_evidence for mode in modes]), np.random.default_rng([seed, 56])
+    of_modes: list[list[Sample]] = [[] for _ in modes]
+    for _ in range(_ROUNDS):
+        for mode, share, kept in zip(modes, odds.tolist(), of_modes, strict=True):
+            count = max(_LEAST_DRAWS, round(share * DRAWS))
+            draws = sampled(mode.problem, mode.best, count, rng)
+            kept += draws if len(draws) >= _LEAST_DRAWS else about(mode.best, count, rng)
+        found = [
+            _Drawn(mode.problem.law, one.z, one.log_weight - math.log(len(kept)))
+            for mode, kept in zip(modes, of_modes, strict=True)
+            for one in kept
+        ]
+        if effective(weights_of([one.log_weight for one in found])) >= _ENOUGH:
+            break
     return found
 
 
