@@ -16,6 +16,7 @@ and laws are therefore put together by their weights alone.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -29,7 +30,8 @@ from hysteresis.arrays import Floats
 
 _MOST_FITS = 25  # evaluations of a least squares
 _MOST_STEPS = 12  # of Newton's method for a sample
-_SOLVED = 0.05  # of a standard deviation
+_HALVINGS = 4
+_SOLVED, _NEAR = 0.05, 1.0  # standard deviations that a sample is off: enough, and at most
 _LONGEST = 3.0  # step of Newton's method, in standard deviations of the posterior
 
 
@@ -89,22 +91,24 @@ def _sample(target: Target, start: Floats, factors: tuple[Floats, Floats], xi: F
     q, tangent = factors[0].T, factors[1].copy()
     z = start + np.linalg.solve(tangent, xi)
     h = target.residual(z)
-    off = q @ h - xi
+    off, nearest = q @ h - xi, (math.inf, z, h)
     for _ in range(_MOST_STEPS):
         size = float(np.linalg.norm(off))
+        nearest = min(nearest, (size, z, h), key=lambda one: one[0])
         if size <= _SOLVED:
             break
         step = -np.linalg.solve(tangent, off * min(1.0, _LONGEST / size))
         new = target.residual(z + step)
-        for _ in range(3):
-            if np.linalg.norm(q @ new - xi) <= 1.2 * size:
+        for _ in range(_HALVINGS):
+            if np.linalg.norm(q @ new - xi) <= size:
                 break
             step *= 0.5
             new = target.residual(z + step)
         moved = q @ new - xi
         tangent += np.outer(moved - off - tangent @ step, step) / float(step @ step)  # Broyden's update
         z, h, off = z + step, new, moved
-    else:
+    size, z, h = nearest
+    if size > _NEAR:
         return None
     across = q @ h
     _, log_det = np.linalg.slogdet(q @ target.columns(z))
@@ -118,11 +122,27 @@ def about(best: Optimum, count: int, rng: np.random.Generator) -> list[Sample]:
     return [Sample(best.z + step, best.log_evidence) for step in steps]
 
 
-def weights_of(log_weights: Sequence[float]) -> Floats:
+def weights_of(log_weights: ArrayLike) -> Floats:
     """Weights that add up to 1, shape (n,)."""
     logs = np.asarray(log_weights)
     weights = np.exp(logs - logs.max())
     return np.asarray(weights / weights.sum())
+
+
+def flattened(log_weights: ArrayLike, enough: float) -> Floats:
+    """Weights that add up to 1, shape (n,), raised to the largest power up to 1 that leaves ``enough`` samples.
+
+    Where few samples have most of the weight, the others say more of the spread than their weights do. Without a power
+    that leaves as many, all weigh the same.
+    """
+    logs = np.asarray(log_weights)
+    low, high = 0.0, 1.0
+    if effective(weights_of(logs)) >= enough:
+        return weights_of(logs)
+    for _ in range(30):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if effective(weights_of(middle * logs)) >= enough else (low, middle)
+    return weights_of(low * logs)
 
 
 def effective(weights: Floats) -> float:

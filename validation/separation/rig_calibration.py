@@ -34,6 +34,7 @@ from validation.separation.posterior import (
     Sample,
     about,
     effective,
+    flattened,
     optimum,
     quantiles,
     sampled,
@@ -350,7 +351,7 @@ def _calibration(modes: Sequence[_Mode], noise_deg: float, seed: int) -> RigCali
     first = modes[0]
     law, best, loops = first.problem.law, first.best, first.problem.loops
     drawn = _drawn(modes, seed)
-    weights = weights_of([one.log_weight for one in drawn])
+    weights = flattened([one.log_weight for one in drawn], _ENOUGH)
     residual = first.problem.residual_deg(best)
     pairs, condition = _correlations(list(law.coordinates), best.columns)
     parameters = _parameters(law, best.z, drawn, weights)
@@ -379,7 +380,7 @@ class _Drawn:
 
 
 def _drawn(modes: Sequence[_Mode], seed: int) -> list[_Drawn]:
-    """Draw rigs about all optima, in proportion to their evidence; a second time where the first ones weigh unevenly."""
+    """Draw rigs about all optima, in proportion to their evidence; again where the first ones weigh unevenly."""
     odds, rng = weights_of([mode.best.log_evidence for mode in modes]), np.random.default_rng([seed, 56])
     of_modes: list[list[Sample]] = [[] for _ in modes]
     for _ in range(_ROUNDS):
