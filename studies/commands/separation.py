@@ -38,7 +38,7 @@ from validation.separation.contributions import PLAY, SETS, SOURCES, STEPS, shap
 from validation.separation.ensemble import LEVEL, range_of, separate_each
 from validation.separation.posterior import quantiles
 from validation.separation.priors import METAL_TEST, PRIORS, stated_values
-from validation.separation.rig_calibration import LEVELS, RigCalibration
+from validation.separation.rig_calibration import LEVELS, MISFIT, RigCalibration
 from validation.separation.sensitivity import Sensitivities, sensitivities
 
 SHARES = {"width_deg": "width_share", "area": "area_share", "dissipated_mJ": "share"}
@@ -49,7 +49,6 @@ CLOSES_PERCENT, RIGID_PERCENT = 1.0, 0.1
 MOVING = 0.02
 """Change of a share from a tenfold EA, over the largest share, of which the result warns."""
 UNLIKE = 0.1  # of the range of the angle: more than that is left by a rig that is not that of the record
-MISFIT = 2.0  # of what the rig leaves over the noise
 LAW = "law"
 """Name of the law of the metal among the numbers that a share depends on: 1 is the flag."""
 SHOWN = 6

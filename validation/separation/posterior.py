@@ -29,8 +29,8 @@ from scipy.special import ndtri
 from hysteresis.arrays import Floats
 
 _MOST_FITS = 25  # evaluations of a least squares
-_MOST_STEPS = 12  # of Newton's method for a sample
-_HALVINGS = 4
+_MOST_STEPS = 10  # of Newton's method for a sample
+_HALVINGS = 3
 _SOLVED, _NEAR = 0.05, 1.0  # standard deviations that a sample is off: enough, and at most
 _LONGEST = 3.0  # step of Newton's method, in standard deviations of the posterior
 
@@ -82,8 +82,12 @@ def optimum(target: Target, start: Floats) -> Optimum:
 
 def sampled(target: Target, best: Optimum, count: int, rng: np.random.Generator) -> list[Sample]:
     """Draw samples about an optimum; those whose equations have no solution nearby are left out."""
-    factors = np.linalg.qr(best.columns)
-    found = (_sample(target, best.z, factors, rng.standard_normal(best.z.size)) for _ in range(count))
+    factors, found = np.linalg.qr(best.columns), []
+    for _ in range(count):
+        try:
+            found.append(_sample(target, best.z, factors, rng.standard_normal(best.z.size)))
+        except np.linalg.LinAlgError:  # the step leads to where nothing changes
+            continue
     return [one for one in found if one is not None]
 
 

@@ -108,6 +108,8 @@ PRIORS: Mapping[str, Prior] = {
 
 FLAG = ("plateau_MPa", "unloading_plateau_MPa", "transformation_strain", "plateau_modulus_GPa")
 LOOP = ("loop_share", "loop_angle_deg")
+FARTHEST = 12.0
+"""Standard deviations up to which a prior is followed: a search that strays stays among finite numbers."""
 _CLOSE_TO_ONE = 1e-6
 
 
@@ -186,7 +188,8 @@ class Coordinate:
     ends: tuple[float, float] = (0.0, 1.0)
 
     def at(self, z: float) -> float:
-        """Give the number."""
+        """Give the number; beyond :data:`FARTHEST` it does not change."""
+        z = min(max(z, -FARTHEST), FARTHEST)
         match self.shape:
             case "log":
                 return self.middle * math.exp(self.spread * z)

@@ -48,6 +48,8 @@ DRAWS = 48
 """Rigs that are drawn from the posterior, of all laws and optima together."""
 CORRELATED = 0.95
 """Magnitude of the correlation above which two parameters are reported as inseparable."""
+MISFIT = 2.0
+"""What the rig leaves over the noise, from which on the result warns, and draws are not refined."""
 LEVELS = (0.025, 0.975)
 _STEP = 1e-3  # of finite differences of z
 _FAILED = 1e3  # residual where no rig has these numbers or follows the drive: far from any posterior
@@ -350,9 +352,10 @@ def _calibration(modes: Sequence[_Mode], noise_deg: float, seed: int) -> RigCali
     """Draw rigs from the posterior, and say what the records say of each number."""
     first = modes[0]
     law, best, loops = first.problem.law, first.best, first.problem.loops
-    drawn = _drawn(modes, seed)
-    weights = flattened([one.log_weight for one in drawn], _ENOUGH)
     residual = first.problem.residual_deg(best)
+    rmse_deg = math.sqrt(float(residual @ residual) / residual.size)
+    drawn = _drawn(modes, seed, rounds=1 if rmse_deg > MISFIT * noise_deg else _ROUNDS)
+    weights = flattened([one.log_weight for one in drawn], _ENOUGH)
     pairs, condition = _correlations(list(law.coordinates), best.columns)
     parameters = _parameters(law, best.z, drawn, weights)
     return RigCalibration(
@@ -361,7 +364,7 @@ def _calibration(modes: Sequence[_Mode], noise_deg: float, seed: int) -> RigCali
         rigs=tuple(one.law.rig_at(one.z, loops[0].rig) for one in drawn),
         weights=weights,
         laws=_of_laws(drawn, weights),
-        rmse_deg=math.sqrt(float(residual @ residual) / residual.size),
+        rmse_deg=rmse_deg,
         noise_deg=noise_deg,
         condition=condition,
         correlations=pairs,
@@ -379,11 +382,11 @@ class _Drawn:
     log_weight: float
 
 
-def _drawn(modes: Sequence[_Mode], seed: int) -> list[_Drawn]:
+def _drawn(modes: Sequence[_Mode], seed: int, rounds: int) -> list[_Drawn]:
     """Draw rigs about all optima, in proportion to their evidence; again where the first ones weigh unevenly."""
     odds, rng = weights_of([mode.best.log_evidence for mode in modes]), np.random.default_rng([seed, 56])
     of_modes: list[list[Sample]] = [[] for _ in modes]
-    for _ in range(_ROUNDS):
+    for _ in range(rounds):
         for mode, share, kept in zip(modes, odds.tolist(), of_modes, strict=True):
             count = max(_LEAST_DRAWS, round(share * DRAWS))
             draws = sampled(mode.problem, mode.best, count, rng)
