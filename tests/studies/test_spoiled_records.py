@@ -105,7 +105,9 @@ def test_a_loop_of_the_material_that_a_first_fit_misses_is_found(number):
     assert found.misfit < 1.2
 
 
-def test_intervals_are_wider_by_what_the_rig_leaves_over_the_noise():
+def test_intervals_are_wider_by_what_the_rig_leaves_over_the_noise(monkeypatch):
+    monkeypatch.setattr("validation.separation.rig_calibration.DRAWS", 16)  # enough for a factor
+
     def record(preload_N, late=0):
         loop = simulate_chain(replace(RIG, preload_N=preload_N), triangle(1.5, cycles=2))
         angle = loop.angle_deg + np.random.default_rng(int(preload_N)).normal(0, 0.05, loop.drive.size)
