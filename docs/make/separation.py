@@ -16,6 +16,7 @@ from docs.make.pages import DOCS, put_between_marks, table
 from fem_models.rig.metal import METAL_RANGES
 from validation.separation.contributions import SOURCES
 from validation.separation.priors import FLAG, PRIORS
+from validation.separation.rig_calibration import ENOUGH
 
 PAGE = DOCS / "validation" / "separation.md"
 SCORE = DOCS / "validation" / "separation.jsonl"
@@ -57,11 +58,13 @@ def _words(rows: Sequence[Covered]) -> str:
     flags = len({(one.seed, one.number) for one in rows if one.law == "flag"})
     seconds = np.array([one.seconds for one in rows])
     sure = sum(one.laws.get(one.law, 0.0) > 0.5 for one in rows if not one.refused)
+    flat = sum(one.effective_draws < ENOUGH + 0.1 for one in rows if not one.refused)
     return (
         f"Seed {seeds}: {rigs} rigs, {flags} of them with the flag; {len(rows)} divisions, "
         f"{sum(bool(one.refused) for one in rows)} refused. The law that made the records has more than half of the\n"
-        f"probability in {sure}. A division takes {np.median(seconds):.0f} s of processor time in the median, "
-        f"{np.quantile(seconds, 0.9):.0f} s at most in nine of ten, on a machine\nthat had other work."
+        f"probability in {sure}; weights were flattened in {flat}. A division takes {np.median(seconds):.0f} s of "
+        f"processor time in the median,\n{np.quantile(seconds, 0.9):.0f} s at most in nine of ten, on a machine that had "
+        "other work."
     )
 
 

@@ -46,6 +46,8 @@ SAMPLES = 300
 """Samples of a record that the fit keeps. The mechanics is quasi-static: only the reversals are indispensable."""
 DRAWS = 48
 """Rigs that are drawn from the posterior, of all laws and optima together."""
+ENOUGH = 20.0
+"""Effective number of draws: with fewer there is a second round, and with fewer still the weights are flattened."""
 CORRELATED = 0.95
 """Magnitude of the correlation above which two parameters are reported as inseparable."""
 MISFIT = 2.0
@@ -59,7 +61,7 @@ _LEAST_NOISE = 1e-6  # of the range of the angle: less comes from a simulation
 _HOPELESS = 4.0  # times the sum of squares of another law: twice its misfit
 _FAR = 60.0  # sum of squares above the least: odds of exp(-30)
 _LEAST_ODDS = 0.005  # of a law or an optimum: one that is less likely has a third of a draw
-_ROUNDS, _ENOUGH = 2, 20.0  # of draws, and the effective number that is enough after the first
+_ROUNDS = 2  # of draws
 _LEAST_DRAWS = 6  # of a law or an optimum that counts
 _NEAR_PLATEAU = 0.7  # of the lowest plateau: a metal that is stressed less is linear, whatever its tolerances
 _ALIKE = 1.0  # standard deviations between two optima that are the same
@@ -355,7 +357,7 @@ def _calibration(modes: Sequence[_Mode], noise_deg: float, seed: int) -> RigCali
     residual = first.problem.residual_deg(best)
     rmse_deg = math.sqrt(float(residual @ residual) / residual.size)
     drawn = _drawn(modes, seed, rounds=1 if rmse_deg > MISFIT * noise_deg else _ROUNDS)
-    weights = flattened([one.log_weight for one in drawn], _ENOUGH)
+    weights = flattened([one.log_weight for one in drawn], ENOUGH)
     pairs, condition = _correlations(list(law.coordinates), best.columns)
     parameters = _parameters(law, best.z, drawn, weights)
     return RigCalibration(
@@ -396,7 +398,7 @@ def _drawn(modes: Sequence[_Mode], seed: int, rounds: int) -> list[_Drawn]:
             for mode, kept in zip(modes, of_modes, strict=True)
             for one in kept
         ]
-        if effective(weights_of([one.log_weight for one in found])) >= _ENOUGH:
+        if effective(weights_of([one.log_weight for one in found])) >= ENOUGH:
             break
     return found
 
