@@ -63,8 +63,8 @@ def _words(rows: Sequence[Covered]) -> str:
         f"Seed {seeds}: {rigs} rigs, {flags} of them with the flag; {len(rows)} divisions, "
         f"{sum(bool(one.refused) for one in rows)} refused. The law that made the records has more than half of the\n"
         f"probability in {sure}; weights were flattened in {flat}. A division takes {np.median(seconds):.0f} s of "
-        f"processor time in the median,\n{np.quantile(seconds, 0.9):.0f} s at most in nine of ten, on a machine that had "
-        "other work."
+        "processor time in the median,\n"
+        f"{np.quantile(seconds, 0.9):.0f} s at most in nine of ten, on a machine that had other work."
     )
 
 
