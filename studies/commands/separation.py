@@ -388,7 +388,7 @@ def summary(result: Separation) -> list[str]:
         lines.append(f"calibrated rig: {found.rmse_deg:.3g} deg rmse, condition number {found.condition:.3g}")
         for name, c in found.parameters.items():
             lines.append(f"  {name} {c}")
-        lines += [f"law of the metal: {name}, {100 * odds:.2g} %" for name, odds in (found.laws or {}).items()]
+        lines += [f"law of the metal: {name}, {100 * odds:.3g} %" for name, odds in (found.laws or {}).items()]
         lines += [
             f"energy of {one.part.replace('_', ' ')}: {100 * one.explains:.0f} % of what is open depends on "
             f"{one.parameter}: {one.how}"
