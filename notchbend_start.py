@@ -56,9 +56,9 @@ def main() -> None:
     use_one_blas_thread()
     from studies.stops import StoppedError, end, leave, stoppable, watch
 
-    watch()
     try:
         with stoppable():  # imports take a second
+            watch()
             from studies.commands.cli import main as run
 
             run()

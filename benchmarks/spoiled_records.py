@@ -32,7 +32,7 @@ from hysteresis.records.record import RecordError
 
 PROCESSES = 2
 LIMIT_S = 60.0
-"""Time of a trace. Where no effect explains a spoiled record, its search tries every one for minutes."""
+"""Time of a trace. Where no effect explains a spoiled record, its search may try every one for minutes."""
 ENDED = "ended after"
 NOISE_DEG = 0.05
 STEP_MM = 0.1
@@ -40,8 +40,10 @@ NO_WARNING = (
     "not separated by these records",
     "of the width remains with inextensible tendons",
     "the record does not show the saturation",
+    "in the file of the rig",
 )
-"""Words that say what records allow, and nothing of what is wrong with them."""
+"""Words that say what records allow, or which value of the rig's file they do not show, and nothing of what is wrong
+with them: the drawn rigs differ from the declared one."""
 TOLERANCE = 0.02
 """Difference from the right value, over it, that no user would call wrong, whatever the interval is."""
 

@@ -129,13 +129,17 @@ def watch() -> None:
     """Take over SIGTERM and, where the shell has not switched it off, SIGINT; call it in the main thread."""
     if _state.told:  # an earlier command of this process was stopped
         _state.raised, _state.kind, _state.arrived, _state.told = None, None, False, False
+    sys.unraisablehook = _report_dropped
+    if not _state.watched:
+        _state.watched = True
+        _look_on_from_now()
     signal.signal(signal.SIGTERM, _raise)
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _raise)
-    sys.unraisablehook = _report_dropped
-    if _state.watched:
-        return
-    _state.watched = True
+
+
+def _look_on_from_now() -> None:
+    """Start the thread that looks on after a signal; before the handlers are set, as to start it is to wait."""
     atexit.register(_skip_destructors)  # the first to be registered runs last
     here, there = socket.socketpair()
     there.setblocking(False)

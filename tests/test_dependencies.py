@@ -143,6 +143,8 @@ def test_make_install_has_what_every_command_needs_and_no_tools_of_developers():
 def test_one_version():
     citation = (ROOT / "CITATION.cff").read_text()
     assert re.search(r"^version: (.*)$", citation, re.M)[1] == PROJECT["version"]
+    page = (ROOT / "docs" / "cite.md").read_text()
+    assert re.findall(r"(?:version = \{|notchbend )(\d+\.\d+\.\d+)", page) == [PROJECT["version"]] * 2
     others = [path for path in ROOT.rglob("*.py") if ".venv" not in path.parts and "tests" not in path.parts]
     assert not [path for path in others if re.search(r"^__version__ = [\"']", path.read_text(), re.M)]
 

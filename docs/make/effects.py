@@ -1,16 +1,21 @@
-"""Writes ``docs/guide/effects-catalogue.md`` from the catalogue: ``python -m docs.make.effects``."""
+"""Writes the pages of the catalogue of effects: ``python -m docs.make.effects``.
+
+They are ``docs/guide/effects-catalogue.md`` and ``docs/guide/effect-parameters.md``.
+"""
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Collection, Sequence
 
 from docs.make.pages import DOCS, table, template
 from hysteresis.files import write_files
 from validation.tracing import Effect, catalogue
-from validation.tracing.effect import FreeParameter, Need, RelativeParameter, Sensible
+from validation.tracing.effect import CurveForm, FreeParameter, Need, RelativeParameter, RigForm, Sensible, SpaceForm
 
 PAGE = DOCS / "guide" / "effects-catalogue.md"
+PARAMETERS = DOCS / "guide" / "effect-parameters.md"
 
 _WIDTH = 120
 _NEEDS: dict[Need, str] = {
@@ -31,42 +36,56 @@ _NEEDS: dict[Need, str] = {
 
 def page(effects: Sequence[Effect]) -> str:
     """Markdown of the catalogue."""
-    listed = "\n".join(f"- [`{effect.name}`](#{effect.name})" for effect in effects)
-    return template("effects-catalogue").format(listed=listed, sections="\n\n".join(map(_section, effects)))
+    head = ["effect", "what a record shows", "what to do to distinguish it", "parameters"]
+    rows = [[f"[`{e.name}`](#{e.name})", e.seen, _record(e), _names(e)] for e in effects]
+    sections = "\n\n".join(map(_section, effects))
+    return template("effects-catalogue").format(overview=table(head, rows), sections=sections)
+
+
+def _record(effect: Effect) -> str:
+    """Return what the first sentence tells a reader to do, up to a reason after a colon."""
+    first = re.split(r"[.:] ", effect.distinguished_by)[0]
+    return first[0].lower() + first[1:]
+
+
+def _names(effect: Effect) -> str:
+    """Parameters of a known rig, of all forms together."""
+    forms = [form for form in effect.rig_forms if not form.refines] or effect.space_forms
+    return ", ".join({f"`{p.name}`": None for form in forms for p in form.parameters})
 
 
 def _section(effect: Effect) -> str:
-    rows = [
-        _row("known, at the end" if form.refines else "known", form.parameters, form.needs) for form in effect.rig_forms
+    paragraphs = [effect.physics, f"*Distinguished by.* {effect.distinguished_by}"]
+    filled = [textwrap.fill(words, _WIDTH, break_long_words=False, break_on_hyphens=False) for words in paragraphs]
+    return "\n\n".join([f"## {effect.name}", *filled])
+
+
+def parameter_page(effects: Sequence[Effect]) -> str:
+    """Markdown of all parameters: a table for each effect, a row for each parameter of a kind of model."""
+    return template("effect-parameters").format(sections="\n\n".join(map(_parameters, effects)))
+
+
+def _parameters(effect: Effect) -> str:
+    kinds: list[tuple[str, Sequence[RigForm | CurveForm | SpaceForm]]] = [
+        ("known", [form for form in effect.rig_forms if not form.refines]),
+        ("known, at the end", [form for form in effect.rig_forms if form.refines]),
+        ("unknown", effect.curve_forms),
+        ("known, in space", effect.space_forms),
     ]
-    rows += [_row("unknown", form.parameters, form.needs) for form in effect.curve_forms]
-    rows += [_row("known, in space", form.parameters, form.needs) for form in effect.space_forms]
-    distinguished = textwrap.fill(f"*Distinguished by.* {effect.distinguished_by}", _WIDTH, break_long_words=False)
-    physics = textwrap.fill(effect.physics, _WIDTH, break_long_words=False, break_on_hyphens=False)
-    parts = [f"## {effect.name}", physics, distinguished, table(["geometry", "parameters", "needs"], _once(rows))]
-    return "\n\n".join([*parts, *_plausible(effect)])
+    rows = {tuple(_row(kind, form.needs, p)): None for kind, forms in kinds for form in forms for p in form.parameters}
+    head = ["geometry", "parameter", "unit", "named within", "needs"]
+    return f"## {effect.name}\n\n" + table(head, [list(row) for row in rows])
 
 
-def _once(rows: Sequence[list[str]]) -> list[list[str]]:
-    """Rows without repetitions: forms of a parameter that is free on either side have the same row."""
-    return [*{tuple(row): row for row in rows}.values()]
-
-
-def _plausible(effect: Effect) -> list[str]:
-    """Ranges outside of which a fit is shown and not named, parameters of one range and reason in a line."""
-    free = [("known", p) for form in (*effect.rig_forms, *effect.space_forms) for p in form.parameters]
-    free += [("unknown", p) for form in effect.curve_forms for p in form.parameters]
-    there = [(p.name, p.sensible, rig) for rig, p in free if p.sensible is not None]
-    ranges = {name: {_range(sensible) for known, sensible, _ in there if known == name} for name, *_ in there}
-    named = dict[str, dict[str, None]]()
-    for name, sensible, rig in there:
-        of_rig = f", {rig} geometry" if len(ranges[name]) > 1 else ""
-        named.setdefault(f"{_range(sensible)} ({sensible.because}).", {})[f"`{name}`{of_rig}"] = None
-    if not named:
-        return []
-    lines = [f"- {', '.join(names)}: {what}" for what, names in named.items()]
-    words = [textwrap.fill(line, _WIDTH, subsequent_indent="  ", break_on_hyphens=False) for line in lines]
-    return ["Named only within:", "\n".join(words)]
+def _row(geometry: str, needs: Collection[Need], parameter: FreeParameter | RelativeParameter) -> list[str]:
+    within = "" if parameter.sensible is None else f"{_range(parameter.sensible)}: {parameter.sensible.because}"
+    return [
+        geometry,
+        f"`{parameter.name}`",
+        parameter.unit,
+        within or "-",
+        ", ".join(_NEEDS[need] for need in sorted(needs)) or "-",
+    ]
 
 
 def _range(sensible: Sensible) -> str:
@@ -75,10 +94,5 @@ def _range(sensible: Sensible) -> str:
     return f"{low:g} to {high:g}{per}"
 
 
-def _row(geometry: str, parameters: Sequence[FreeParameter | RelativeParameter], needs: Collection[Need]) -> list[str]:
-    shown = [f"`{c.name}`" + (f" ({c.unit})" if c.unit != "-" else "") for c in parameters]
-    return [geometry, ", ".join(shown), ", ".join(_NEEDS[need] for need in sorted(needs)) or "-"]
-
-
 if __name__ == "__main__":
-    write_files({PAGE: page(catalogue())})
+    write_files({PAGE: page(catalogue()), PARAMETERS: parameter_page(catalogue())})

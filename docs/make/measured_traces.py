@@ -73,9 +73,16 @@ def _section(name: str, report: TraceReport) -> str:
         " ".join(in_words(report)),
         *(["Parameters: " + "; ".join(parameters) + "."] if parameters else []),
         *([f"Multibody: {_multibody(report.multibody)}."] if report.multibody else []),
-        f"![Residual of {name} over drive, time, cycle and angle](../images/trace-{name}.png)",
+        f"![Residual of {name} over drive, time, cycle and angle: {_rows(report)}](../images/trace-{name}.png)",
     ]
     return "\n\n".join(lines)
+
+
+def _rows(report: TraceReport) -> str:
+    """Say what the rows of the picture are."""
+    if not report.effects:
+        return "one row, the baseline model, since no effect is named"
+    return f"above the baseline model, below with {' and '.join(effect.name for effect in report.effects)}"
 
 
 def _by_text(texts: Mapping[str, str]) -> str:

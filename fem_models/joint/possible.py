@@ -1,4 +1,6 @@
-"""Preloads that a rig cannot have, said before its first step: they buckle the tube, close a notch or break a tendon.
+"""Preloads and drives that a rig cannot have, said before its first step.
+
+They buckle the tube, close a notch or break a tendon.
 
 A tendon crosses the rigid gap of a notch on a chord, so that its tension pulls a bent joint further: the tangent of a
 joint of stiffness k is k - sum of T g/4 over the tendons, g being the rigid gap (:mod:`fem_models.chain.laws`, slope of
@@ -25,11 +27,11 @@ from scipy.linalg import eigh
 from fem_models.joint.mechanics import JointMechanics
 from fem_models.joint.row import JointRow
 from fem_models.rig import Rig, RigError
-from fem_models.rig.tendon_law import tendon_stiffness_N_per_mm, tendon_tension_N
+from fem_models.rig.tendon_law import tendon_stiffness_N_per_mm, tendon_stretch_mm, tendon_tension_N
 from hysteresis.arrays import Floats
 
 MOST_STRAIN = 0.1
-"""Largest strain of a tendon under its preload. None bears it: cold-drawn steel yields below 2 %, fibres of
+"""Largest strain of a tendon. None bears it: cold-drawn steel yields below 2 %, fibres of
 polyethylene (UHMWPE) break at 4 %, superelastic Nitinol ends its plateau at 6 to 8 %."""
 SURE = 1.15
 """Angle at rest over the one that closes a notch, from which on a preload is refused: the estimate is linear, and the
@@ -80,6 +82,33 @@ def require_strain(rig: Rig) -> None:
                 f"rig {rig.name}: preload_N = {rig.preload_N:g}: expected at most {most:.4g}, where {name} of EA_N = "
                 f"{tendon.EA_N:g} is stretched by {100 * MOST_STRAIN:g} %: steel yields below 2 %, polyethylene breaks "
                 "at 4 %"
+            )
+
+
+def require_reach(rig: Rig, drive_mm: Floats, slack_mm: Floats) -> None:
+    """Refuse a drive that stretches a tendon by more than :data:`MOST_STRAIN`, wherever the tube bends.
+
+    A joint draws in at most its pitch and twice the arm of the tendon.
+
+    Parameters
+    ----------
+    drive_mm, slack_mm
+        Of a schedule, shapes (m,) and (m, 2).
+
+    Raises
+    ------
+    RigError
+        One line with the drive, and the one that stretches the tendon so far.
+    """
+    for side, (name, tendon) in enumerate(zip(("tendon_a", "tendon_b"), rig.tendons, strict=False)):
+        stretched = tendon_stretch_mm(tendon, MOST_STRAIN * tendon.EA_N, max(rig.preload_N, 1e-9), rig.length_mm)
+        drawn_in = rig.length_mm + 2 * rig.joints * abs(tendon.moment_arm_mm)
+        pulled = (1 - 2 * side) * drive_mm - slack_mm[:, side]
+        farthest, most = float(pulled.max()), float(stretched) + drawn_in
+        if farthest > most:
+            raise RigError(
+                f"rig {rig.name}: drive_mm = {farthest:g}: expected at most {most:.4g}, where {name} of EA_N = "
+                f"{tendon.EA_N:g} is stretched by {100 * MOST_STRAIN:g} %, however far the tube bends"
             )
 
 

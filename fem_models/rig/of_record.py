@@ -15,6 +15,7 @@ from fem_models.rig.presets_in_space import any_preset
 from fem_models.rig.rig import Material, Rig, Tendon, Wheel
 from fem_models.rig.rig_file import build, read_rig, rig_and_space_of_file
 from hysteresis.records.record import MEASURED_KEYS, Record, RecordError
+from hysteresis.sensors.readings import cleaned
 
 # A rig with measured joints needs a material for its loop only; the modulus is not used.
 _NITINOL = Material(youngs_modulus_GPa=60.0, poissons_ratio=0.33)
@@ -39,12 +40,14 @@ def rig_of(record: Record) -> Rig | None:
 def require_the_rigs_sense(record: Record) -> None:
     """Refuse an angle that falls as the drive rises: to reverse it would silently exchange the two tendons.
 
+    Readings that a sensor lost do not count.
+
     Raises
     ------
     RecordError
         One line with the record.
     """
-    if float((record.drive - record.drive.mean()) @ record.angle_deg) < 0:
+    if float((record.drive - record.drive.mean()) @ cleaned(record).record.angle_deg) < 0:
         raise RecordError(
             f"{_where(record)}: angle_deg: falls as drive_mm rises: expected the signs of the rig: "
             "a positive drive pulls tendon a and bends to positive angles"

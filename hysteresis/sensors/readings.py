@@ -18,7 +18,8 @@ from hysteresis.arrays import Floats, Ints, Mask
 from hysteresis.records.held import held_updates
 from hysteresis.records.metrics import leap_between_cycles
 from hysteresis.records.path import branches, cycle_index
-from hysteresis.records.record import Record
+from hysteresis.records.record import Record, RecordError
+from hysteresis.records.wrapped import wraps
 from hysteresis.sensors.lone_steps import leap_of_angle, without_lost_counts
 
 SPIKE, SPIKE_APART = 8.0, 0.3
@@ -173,6 +174,22 @@ def _order_words(record: Record) -> tuple[str, ...]:
     if float(np.median(steps)) <= UNORDERED * float(np.ptp(record.drive)):
         return ()
     return ("the drive jumps across its range from row to row: expected rows in the order of time",)
+
+
+def require_rows(record: Record) -> None:
+    """Refuse rows in no order, and an angle that is wrapped at a turn: the path of neither is that of the rig.
+
+    Raises
+    ------
+    RecordError
+        One line with the record.
+    """
+    where = record.source or "record"
+    for words in _order_words(record):
+        raise RecordError(f"{where}: {words}, or a column of times (t_s)")
+    for i in wraps(record.drive, record.angle_deg)[:1]:
+        leap = f"{record.angle_deg[i]:.6g} after {record.angle_deg[i - 1]:.6g}"
+        raise RecordError(f"{where}: angle_deg = {leap}: wrapped at a turn: expected np.unwrap(angle_deg, period=360)")
 
 
 def sensor_notes(found: Sequence[Cleaned]) -> tuple[str, ...]:

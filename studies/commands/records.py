@@ -276,7 +276,9 @@ def effects(*, common: Common) -> None:
     table = spaced_table("effect", "physics", "distinguished by")
     for effect in catalogue():
         table.add_row(effect.name, escape(effect.physics), escape(effect.distinguished_by), end_section=True)
-    rows = [{"name": e.name, "physics": e.physics, "tell_apart": e.distinguished_by} for e in catalogue()]
+    rows = [
+        {"name": e.name, "seen": e.seen, "physics": e.physics, "tell_apart": e.distinguished_by} for e in catalogue()
+    ]
     common.show({"schema": 1, "effects": rows}, table)
 
 

@@ -39,7 +39,7 @@ class FollowSettings:
     false_alarm
         Probability that a device that has not changed is said to have, over all its records.
     limits
-        Values of numbers, by name, of which it is asked when they are passed.
+        Values of followed numbers, by name; the result estimates when each is passed.
     trace
         Whether the cause of a change is traced.
     threads

@@ -256,7 +256,7 @@ def follow(
     reference_count
         How many of the first are the device as it should be; by default a third.
     limits
-        Values of followed numbers, by name, of which it is asked when they are passed: ``zero_deg`` in deg, ``lag_s``
+        Values of followed numbers, by name; the result estimates when each is passed: ``zero_deg`` in deg, ``lag_s``
         in s, ``tension_N`` in N, ``gain`` and ``width`` over those of the first records.
     trace
         Whether the cause of a change is traced, which takes a minute.

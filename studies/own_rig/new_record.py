@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fem_models.analytic import theory_curve
+from fem_models.analytic.of_record import angle_range_of_rig, unit_words
 from fem_models.rig import Rig, RigError
 from fem_models.rig.of_record import require_the_rigs_sense, rig_of
 from hysteresis.arrays import Floats
@@ -34,7 +34,6 @@ _WHOLE = 0.9  # of the drive's range: a cycle that covers less is not counted
 _MOST_HELD = 0.5  # of the angle's travel: above it, it moves while the drive stands still
 _LONG_MM = 200.0  # a drive beyond this and without a unit is most likely in another one
 _SMALL_DEG = 7.0  # an angle within this and without a unit may be in rad
-_UNIT = 20.0  # factor between the two that is one of units: 57.3 of radians
 _ALIKE = 1.6  # factor between the measured range of the angle and that of the rig, above which it is said
 
 
@@ -199,7 +198,7 @@ def _understood(as_read: Record, table: BenchTable, samples: Samples, rig: Recor
     whole = np.ptp(record.drive)
     parts = [part for number, part in cycle_slices(record.drive, cycle) if number > 0]
     steps = np.abs(np.diff(record.drive))
-    model = _range_of_rig(rig.rig, record)
+    model = angle_range_of_rig(rig.rig, record)
     found = NewRecord(
         record="",
         sidecar="",
@@ -237,15 +236,6 @@ def _width(record: Record) -> float | None:
     try:
         return loop_width(record.drive, record.angle_deg, cycle_index(record)).max_deg
     except ValueError:  # no closed cycle
-        return None
-
-
-def _range_of_rig(rig: Rig | None, record: Record) -> tuple[float, float] | None:
-    if rig is None or record.drive_unit != "mm":
-        return None
-    try:
-        return _ends(theory_curve(rig, np.linspace(*_ends(record.drive), 41)).angle_deg)
-    except (RigError, ValueError):  # the rig cannot follow this drive, which is said elsewhere
         return None
 
 
@@ -350,20 +340,15 @@ def unlike_loops(records: Sequence[Record]) -> list[str]:
         if (jumps := _in_jumps(record)) is not None:
             words.append(f"{record.source}: {jumps}")
         try:
-            model = _range_of_rig(rig_of(record), record)
+            of_rig, unit = angle_range_of_rig(rig_of(record), record), unit_words(record)
         except RigError:  # which is said elsewhere
             continue
-        if model is not None:
+        if of_rig is not None:
             try:
                 require_the_rigs_sense(record)
             except RecordError as error:
                 words.append(str(error))
-        mine, its = float(np.ptp(record.angle_deg)), 0.0 if model is None else math.dist([model[1]], [model[0]])
-        if its > 0 and not its / _UNIT <= mine <= its * _UNIT:
-            words.append(
-                f"{record.source}: the angle covers {mine:.3g} deg, and {its:.3g} deg by its rig: expected degrees and "
-                "mm; `notchbend record new` converts units (--angle-unit, --drive-unit)"
-            )
+        words += [unit] if unit else []
     return words
 
 

@@ -8,18 +8,11 @@ have a line are not traced again. A seed is used once, after the last change.
 
 from __future__ import annotations
 
-import argparse
-import json
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict, dataclass
-from multiprocessing import get_context
-from pathlib import Path
+from dataclasses import dataclass
 
-from rich.progress import track
-
-from hysteresis.plain import from_plain
 from validation.practice.gate import Asked, outcome, rate, traced
+from validation.practice.kept_lines import Score, run
 
 ALPHAS = (0.01, 0.05, 0.2)
 ROWS = ("clean", "sensors")
@@ -73,30 +66,9 @@ def table(lines: Sequence[Claims]) -> list[str]:
     return out
 
 
-def read_lines(path: Path) -> list[Claims]:
-    """Read the cases that have a line."""
-    text = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-    return [from_plain(Claims, json.loads(one), f"{path}:{at}") for at, one in enumerate(text, start=1)]
-
-
 def main(arguments: Sequence[str] | None = None) -> None:
     """Trace the cases that have no line yet, and print the table of all."""
-    parser = argparse.ArgumentParser(prog="python -m validation.practice.false_claims")
-    parser.add_argument("--seed", type=int, required=True, help="of the set")
-    parser.add_argument("--rows", nargs="+", choices=ROWS, default=ROWS, help="rows; all of them by default")
-    parser.add_argument("--count", type=int, default=51, help="cases of each row; 51 by default")
-    parser.add_argument("--workers", type=int, default=1, help="processes; 1 by default")
-    parser.add_argument("--out", type=Path, required=True, help="file of the lines")
-    options = parser.parse_args(arguments)
-    there = {(one.row, one.seed, one.number) for one in read_lines(options.out)}
-    every = [Asked(options.seed, row, number) for number in range(options.count) for row in options.rows]
-    todo = [one for one in every if (one.row, one.seed, one.number) not in there]
-    with ProcessPoolExecutor(options.workers, mp_context=get_context("spawn")) as pool:
-        futures = [pool.submit(claims_of, one) for one in todo]
-        for future in track(as_completed(futures), total=len(futures), description="cases"):
-            with options.out.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(asdict(future.result())) + "\n")
-    print("\n".join(table([one for one in read_lines(options.out) if one.row in options.rows])))  # noqa: T201
+    run(Score("validation.practice.false_claims", ROWS, 51, Asked, claims_of, Claims, table), arguments)
 
 
 if __name__ == "__main__":

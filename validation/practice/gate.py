@@ -8,24 +8,18 @@ case, and cases that have a line are not traced again. A seed is used once, afte
 
 from __future__ import annotations
 
-import argparse
-import json
 import time
 import zlib
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
-from multiprocessing import get_context
-from pathlib import Path
 
 import numpy as np
-from rich.progress import track
 from scipy.stats import binomtest
 
-from hysteresis.plain import from_plain, to_plain
 from validation.practice.clean_makes.maxwell_slip import draw_maxwell_slip
 from validation.practice.clean_makes.uneven_notches import draw_uneven_notches
 from validation.practice.draw import CLEAN, Case, drawn_labels
+from validation.practice.kept_lines import Score, run
 from validation.practice.lumped.cases import LABELS as LUMPED_LABELS
 from validation.practice.lumped.cases import draw_lumped_case
 from validation.practice.outcome import Answer, Outcome
@@ -193,37 +187,9 @@ def rate(hits: int, of: int) -> str:
     return f"{hits} of {of} ({100 * low:.0f} to {100 * high:.0f} %)"
 
 
-def read_lines(path: Path) -> list[Line]:
-    """Read the cases that have a line."""
-    if not path.exists():
-        return []
-    text = path.read_text(encoding="utf-8").splitlines()
-    return [from_plain(Line, json.loads(one), f"{path}:{at}") for at, one in enumerate(text, start=1)]
-
-
-def append(path: Path, line: Line) -> None:
-    """Append the line of a case."""
-    with path.open("a", encoding="utf-8") as file:
-        file.write(json.dumps(to_plain(line)) + "\n")
-
-
 def main(arguments: Sequence[str] | None = None) -> None:
     """Trace the cases that have no line yet, and print the table of all."""
-    parser = argparse.ArgumentParser(prog="python -m validation.practice.gate")
-    parser.add_argument("--seed", type=int, required=True, help="of the set")
-    parser.add_argument("--rows", nargs="+", choices=[*ROWS], default=[*ROWS], help="rows; all of them by default")
-    parser.add_argument("--count", type=int, default=8, help="cases of each row")
-    parser.add_argument("--workers", type=int, default=1, help="processes; 1 by default")
-    parser.add_argument("--out", type=Path, required=True, help="file of the lines")
-    options = parser.parse_args(arguments)
-    there = {(one.row, one.seed, one.number) for one in read_lines(options.out)}
-    every = [Asked(options.seed, row, number) for number in range(options.count) for row in options.rows]
-    todo = [one for one in every if (one.row, one.seed, one.number) not in there]
-    with ProcessPoolExecutor(options.workers, mp_context=get_context("spawn")) as pool:
-        futures = [pool.submit(line_of, one) for one in todo]
-        for future in track(as_completed(futures), total=len(futures), description="cases"):
-            append(options.out, future.result())
-    print("\n".join(table([one for one in read_lines(options.out) if one.row in options.rows])))  # noqa: T201
+    run(Score("validation.practice.gate", [*ROWS], 8, Asked, line_of, Line, table), arguments)
 
 
 if __name__ == "__main__":

@@ -370,11 +370,13 @@ def read_in_planes(
 class Effect:
     """An effect of the catalogue.
 
-    ``physics`` is one paragraph with its source. ``distinguished_by`` names the effects that look alike, and the record
-    that separates them. ``space_forms`` act on a known rig in space, the others on all other rigs.
+    ``seen`` is what a record shows, in a few words. ``physics`` is one paragraph with its source. ``distinguished_by``
+    begins with the record that separates the effect from those that look like it, which the next sentences name.
+    ``space_forms`` act on a known rig in space, the others on all other rigs.
     """
 
     name: str
+    seen: str
     physics: str
     distinguished_by: str
     rig_forms: tuple[RigForm, ...] = ()

@@ -35,7 +35,7 @@ from validation.tracing.outcome import Trace, competitors_of, turns_are_alike
 from validation.tracing.prepared import PreparedRecord
 from validation.tracing.problem import Problem
 from validation.tracing.search.still_zone import SAME_STILL
-from validation.tracing.sensors.protocol import OTHER_AMPLITUDE, OTHER_RATE
+from validation.tracing.sensors.protocol import NOT_AS_RECORDED, OTHER_AMPLITUDE, OTHER_RATE
 from validation.tracing.settings import (
     AMPLITUDE_FACTORS,
     CYCLE_SAMPLES,
@@ -139,6 +139,8 @@ def next_experiment(trace: Trace) -> Experiment:
     """
     if isinstance(trace.baseline.model.problem, SpaceProblem):
         return Experiment(_lacking_in_space(trace))
+    if NOT_AS_RECORDED in trace.words:
+        return Experiment("the same records, once what is said of them is mended")
     if trace.verdict in ("none", "unexplained") or OTHER_RATE in trace.words:
         return Experiment(_lacking(trace))
     if _is_still_zone(trace):

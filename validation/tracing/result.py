@@ -24,7 +24,7 @@ from validation.tracing.fitting.noise import NOT_KNOWN
 from validation.tracing.fitting.ranking import RankedModel, ranked_models
 from validation.tracing.fitting.uncertainty import covariance
 from validation.tracing.plausibility import zero_words
-from validation.tracing.sensors.protocol import OTHER_AMPLITUDE, OTHER_RATE
+from validation.tracing.sensors.protocol import NOT_AS_RECORDED, OTHER_AMPLITUDE, OTHER_RATE
 
 if TYPE_CHECKING:  # a trace makes its own report
     from validation.tracing.inference.decision import Decision
@@ -388,6 +388,8 @@ def in_words(report: TraceReport) -> list[str]:
     first = f"{something}, but no effect of the catalogue explains enough of it."
     if NOT_KNOWN in report.words:
         return [f"Whether an effect is missing cannot be said: the noise is not known. {baseline}.", *near, *reasons]
+    if NOT_AS_RECORDED in report.words:
+        return [f"{something}. {baseline}; {noise}.", *reasons]
     if OTHER_AMPLITUDE in report.words or OTHER_RATE in report.words:
         return [f"Whether the rig has changed cannot be said. {baseline}; {noise}.", *near, *reasons]
     if LEAPT in report.words:

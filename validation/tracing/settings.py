@@ -48,7 +48,7 @@ MOST_EFFECTS = 3
 EXTENDED_MODELS = 2
 """Best models of a stage to which a further effect is added."""
 MOST_COMPETITORS = 3
-"""Models beside the best one that are fitted as thoroughly, and between which the next experiment is to decide."""
+"""Models that are fitted as thoroughly as the best one, and between which the next experiment is to decide."""
 COMPETITOR_SQUARE = 1.5
 """Mean square over the best model's up to which a model of an equivalent rig is fitted again from other starting
 points."""
@@ -62,15 +62,14 @@ OTHER_FORM_SQUARE = 1.5
 """Mean square after the first steps, over that of the effect's best form, up to which another form is fitted to its
 end."""
 GAINS_FAST = 0.5
-"""Mean square after further steps over the one before, up to which an effect whose residual exceeds what its start's
-linearised gain says is followed: of a weight of the rings it was 0.02, of a gain of the drive 0.25."""
+"""Mean square after further steps over the one before, up to which an effect is followed although its residual exceeds
+what the linearised gain of its start predicts."""
 RESTS_EARLY = 0.5
 """Rms residual that a baseline's own derivatives predict for its optimum, over the one that it has, below which effects
 are also started from the declared parameters. Of 30 baselines that an effect of the catalogue had moved, 28 had 0.6 to
-1; beside heavy rings, whose weight was missed for that, it was 0.14, and beside a heavy load at the tip 0.09."""
+1."""
 BESIDE = 1.0
-"""Largest distance, in coordinates, of a start from a fitted model whose derivatives serve its first step: a start
-beside the model is moved by no more."""
+"""Largest distance, in coordinates, of a start from a fitted model whose derivatives serve its first step."""
 STARTS_PER_EFFECT = 3
 """Forms of one effect that are fitted, each from its best starting point."""
 LESSER_FORM = 0.8
@@ -170,9 +169,8 @@ KNOWN_RIG_SAMPLES, LEAST_RECORD_SAMPLES = 4000, 200
 EQUIVALENT_RIG_SAMPLES, REFINED_SAMPLES = 300, 1200
 """Samples of a record that an equivalent rig is fitted to at most, about: in the search, and in the final fit."""
 EQUIVALENT_JOINTS, REFINED_PARTS = 6, 2
-"""Joints of an equivalent rig in the search, and parts of each in the final fit. Between slack
-tendons of a wrist of 14 joints, six joints are off by 0.2 of the noise where they are fitted, and by 0.5 to 0.7
-elsewhere."""
+"""Joints of an equivalent rig in the search, and parts of each in the final fit. If the tendons are slack, six joints
+differ from 14 by a fifth of the noise where they are fitted, and by more than half of it elsewhere."""
 CURVE_SAMPLES = 600
 """Samples of a record that the curve is fitted to at most, about; turning points are never left out."""
 PRIOR_WEIGHT = 5e-4
@@ -284,7 +282,7 @@ a plateau that no stress reaches differ from an elastic section by as much."""
 
 NOISE_BRANCH_SAMPLES, NOISE_DIFFERENCES = 4, 5
 """Fewest samples of a branch that has a third difference, and fewest of these from which the local noise is estimated:
-the residual of a model is flat, so that even branches of four samples tell noise from drift."""
+the residual of a model is flat, so that even branches of four samples separate noise from drift."""
 STEP_BRANCH_SAMPLES = 8
 """Fewest samples of a branch that shows the steps of an encoder: fewer may be commanded in whole steps."""
 MAD_TO_SIGMA = 1.4826
@@ -299,7 +297,7 @@ MOST_CORRELATION = 0.99
 # --- sensors ---------------------------------------------------------------------------------------------------------
 
 STEPS_TOLD = 0.5
-"""Error by the steps of the drive over the noise floor from which the words tell it."""
+"""Error by the steps of the drive over the noise floor from which the words report it."""
 MOST_WANDER = 3.0
 """Rms residual over the noise of neighbouring samples up to which what does not repeat counts as the sensor's: practice
 wanders and ripples are up to 3 times the noise, lost counts and jumps of the rig are more."""
@@ -309,7 +307,7 @@ one with correlations of 0.5 to 1, 8 of a smooth function. Between these numbers
 MOST_OF_RESIDUAL = 1.3
 """Correlated noise over the rms residual at most: an estimate beyond is of structure that looks like it."""
 DECIMATIONS = (1, 2, 4, 8)
-"""Distances of the samples whose third differences tell the correlation of noise."""
+"""Distances of the samples whose third differences show the correlation of noise."""
 MISFIT_ALIKE = 1.15
 """Rms residual over that of the best model, where that is above the noise, up to which a model may be as good."""
 AS_DECLARED = 1.1
@@ -360,13 +358,14 @@ distinguished, and least part of the baseline's that a further effect explains: 
 that no model has."""
 FAR_ABOVE = 2.0
 """Rms error over the noise up to which a known rig without a missing effect may be off: the residual of rigs of another
-make is 1.0 to 1.9 times the noise where their flexures may vary, and with an effect it must be noise. Of an unknown
-rig, held-out error over the noise and over the error of the fitted samples beyond which nothing is claimed."""
+simulator is 1.0 to 1.9 times the noise where their flexures may vary, and with an effect it must be noise. Of an
+unknown rig, held-out error over the noise and over the error of the fitted samples beyond which nothing is claimed."""
 MOST_OF_ERROR = 0.6
 """Part of the mean square above the noise that one effect must explain of fitted samples that inner folds hold out, to
 be named where the residual of a known rig with effects exceeds the noise."""
 MOST_ALIKE = 2
-"""Effects at most that the one named there may be confused with: of more, what takes the error says nothing."""
+"""Effects at most that the one named there may be confused with: if more explain the error equally well, none is shown
+to be the cause."""
 PARTIAL_SHARE = 1.0 / 3.0
 """Part of the mean square above the noise that effects must explain of the held-out error to be named; of a change
 since a reference of the whole mean square, too."""
@@ -436,14 +435,14 @@ EQUIVALENT_RIG = SearchPolicy(
     name="equivalent rig",
     significant=SIGNIFICANT,
     screened=True,
-    first_candidates=None,  # beside a baseline of which all is free the linearised gain says little
+    first_candidates=None,  # where all of the baseline is free, the linearised gain says little
     later_candidates=5,
     first_steps=2 * FEW_STEPS,
     finished=8,
     later_finished=3,
     leading=1,
     follows_gain=False,
-    near=12.0,  # first steps say less: drag, delay, slack and stiffening went from 3 times the noise down to it
+    near=12.0,  # the first steps predict the end less well than on a known rig
     near_at_noise=12.0,
     absorbs_effects=True,
     starts_from_declared=False,

@@ -29,7 +29,9 @@ from hysteresis.records.path import cycle_index, require_reversal
 from hysteresis.records.planes import Coupling, coupling
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.thinning import thinned
+from hysteresis.sensors.lateness import late_words
 from hysteresis.sensors.lone_steps import without_lost_counts
+from hysteresis.sensors.readings import require_rows
 from validation.tracing.baseline.curve import curve_problem
 from validation.tracing.baseline.equivalent_rig import equivalent_rig_problem
 from validation.tracing.baseline.first_state import with_first_states
@@ -60,10 +62,12 @@ from validation.tracing.inference.decided import decided
 from validation.tracing.inference.decision import decide
 from validation.tracing.outcome import Trace, turns_are_alike
 from validation.tracing.search import Search, best_of_other_loops, refit_without_heldout, select_effects
+from validation.tracing.search.exchanged_preloads import exchanged_words
 from validation.tracing.search.refine import refined
 from validation.tracing.search.search import FitCount, Progress
 from validation.tracing.search.stepwise import Selection
 from validation.tracing.sensors.drive_steps import sensor_words
+from validation.tracing.sensors.protocol import NOT_AS_RECORDED
 from validation.tracing.settings import (
     AS_DECLARED,
     COMPETITOR_NOISE,
@@ -143,11 +147,11 @@ def trace_records(
     Raises
     ------
     RecordError, RigError, SolverError
-        Records that cannot be used or divided, or a rig that cannot exist.
+        Records that cannot be used or divided, whose rows are in no order, or a rig that cannot exist.
     """
     if not records:
         raise RecordError("no record: expected at least one")
-    records, reference = [thinned(one) for one in records], [thinned(one) for one in reference]
+    records, reference = [_usable(one) for one in records], [_usable(one) for one in reference]
     report = FitCount(progress or (lambda words, done, expected: None))
     every = catalogue() if effects is None else effects
     if any(bends_in_space(record) for record in (*records, *reference)):
@@ -172,6 +176,12 @@ def trace_records(
     trace = doubted_with_leap(doubted_on_heldout(doubted_without_noise(trace)), lost=bool(lost))
     notes = (*lost, *notes, *map(_out_of_plane, filter(None, map(coupling, numbered))))
     return replace(trace, words=(*trace.words, *notes, *sensor_words(trace.records, trace.floor.deg)))
+
+
+def _usable(record: Record) -> Record:
+    """Thin a long record; refuse one whose rows are in no order."""
+    require_rows(record)
+    return thinned(record)
 
 
 def _by_rules(trace: Trace, threads: int, *, known: bool) -> Trace:
@@ -309,6 +319,8 @@ def _tested(search: Search, alpha: float, seed: int) -> Trace | None:
     search.report("the baseline model", len(search.effects))
     search, baseline = _from_first_states(search, best_of_other_loops(search, _baseline_of_known_rig(search)))
     trace = without_effects(search.policy, baseline)
+    if words := _as_recorded(search, baseline):
+        return replace(trace, verdict="unexplained", words=(NOT_AS_RECORDED, words))
     decision = decide(
         trace,
         effects=search.effects,
@@ -359,6 +371,8 @@ def _trace_as_declared(search: Search) -> Trace:
     baseline = _baseline_of_known_rig(search)
     baseline = best_of_other_loops(search, baseline)
     search, baseline = _from_first_states(search, baseline)
+    if words := _as_recorded(search, baseline):
+        return replace(without_effects(search.policy, baseline), verdict="unexplained", words=(NOT_AS_RECORDED, words))
     if rests_early(baseline) and not isinstance(search.problem, SpaceProblem):  # whose runs take far longer
         search = replace(search, early=_declared(search, baseline))
     return _with_better_baseline(search, find_effects(search, baseline))
@@ -377,6 +391,16 @@ def _from_first_states(search: Search, baseline: Fitted) -> tuple[Search, Fitted
         if found.square < baseline.square:
             return replace(search, problem=problem, _forms={}), found
     return search, baseline
+
+
+def _as_recorded(search: Search, baseline: Fitted) -> str | None:
+    """Say what is wrong with the records of a known rig, where no effect can tell; None where nothing is."""
+    if not isinstance(search.problem, RigProblem) or nothing_to_explain(baseline, search.policy):
+        return None
+    for one in search.problem.records:
+        if words := late_words(one.record):
+            return f"{Path(one.record.source).name or 'a record'}: {words}"
+    return exchanged_words(search, baseline)
 
 
 def _declared(search: Search, baseline: Fitted) -> Fitted | None:

@@ -11,7 +11,7 @@ import pytest
 from how_made import printed
 from rich.console import Console
 
-from docs.make.effects import PAGE, page
+from docs.make.effects import PAGE, PARAMETERS, page, parameter_page
 from fem_models.chain.solve import simulate_chain
 from fem_models.load import sine
 from fem_models.multibody import quasi_static as multibody
@@ -377,7 +377,7 @@ def test_effects_lists_the_catalogue(capsys):
     assert call(["effects", "--json"]) == 0
     rows = json.loads(capsys.readouterr().out)["effects"]
     assert [row["name"] for row in rows] == [effect.name for effect in catalogue()]
-    assert all(row["physics"] and row["tell_apart"] for row in rows)
+    assert all(row["seen"] and row["physics"] and row["tell_apart"] for row in rows)
     assert call(["effects", "--quiet"]) == 0
     assert capsys.readouterr().out.split() == [effect.name for effect in catalogue()]
     assert call(["effects"]) == 0
@@ -386,6 +386,7 @@ def test_effects_lists_the_catalogue(capsys):
 
 def test_the_page_of_the_catalogue_is_up_to_date():
     assert PAGE.read_text(encoding="utf-8") == page(catalogue()), "run python -m docs.make.effects"
+    assert PARAMETERS.read_text(encoding="utf-8") == parameter_page(catalogue()), "run python -m docs.make.effects"
 
 
 def test_progress_is_shown_on_a_terminal_only(monkeypatch):

@@ -1,10 +1,8 @@
 """The table of false names over alpha, and the lines that it is made of."""
 
-import json
-from dataclasses import asdict
-
-from validation.practice.false_claims import ALPHAS, Claims, read_lines, table
+from validation.practice.false_claims import ALPHAS, Claims, table
 from validation.practice.gate import ROWS
+from validation.practice.kept_lines import append, read_lines
 
 
 def line(number, label, false, row="clean"):
@@ -32,6 +30,6 @@ def test_false_names_are_counted_at_each_alpha_for_each_make_and_all():
 def test_the_clean_makes_are_those_of_the_gate_and_lines_are_read_back(tmp_path):
     assert len(ROWS["clean"].labels) == len(ALPHAS) == 3
     one = line(0, "lumped", ("", "", "gravity"))
-    (tmp_path / "claims.jsonl").write_text(json.dumps(asdict(one)) + "\n")
-    assert read_lines(tmp_path / "claims.jsonl") == [one]
-    assert read_lines(tmp_path / "none.jsonl") == []
+    append(tmp_path / "claims.jsonl", one)
+    assert read_lines(tmp_path / "claims.jsonl", Claims) == [one]
+    assert read_lines(tmp_path / "none.jsonl", Claims) == []

@@ -300,6 +300,7 @@ def test_catalogue_is_complete():
         else:
             assert effect.rig_forms
             assert effect.curve_forms or effect.name in ("drive_gain", "temperature")
+        assert 20 < len(effect.seen) < 100
         assert len(effect.physics) > 80
         assert len(effect.distinguished_by) > 40
 

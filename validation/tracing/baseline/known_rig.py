@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from fem_models.analytic.of_record import unit_words
 from fem_models.rig import Rig
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
 from fem_models.rig.of_record import declared_rig_of, notched_tube_of, require_the_rigs_sense, rig_of
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 from hysteresis.records.path import cycle_index
-from hysteresis.records.record import Record
+from hysteresis.records.record import Record, RecordError
 from validation.tracing.baseline.channels import channels_of
 from validation.tracing.baseline.rig_problem import RigProblem
 from validation.tracing.baseline.runs import run_setup
@@ -115,7 +116,7 @@ def known_rig_problem(records: Sequence[Record]) -> KnownRigProblem | None:
     RigError
         A rig that cannot be, or that its record breaks from the start.
     RecordError
-        A record that bends the other way than its rig does.
+        A record that bends the other way than its rig does, or whose angle or drive is in another unit.
     """
     found = [rig_under_tendon_force(record) if record.drive_unit == "N" else rig_of(record) for record in records]
     rigs = [_opened(rig) for rig in found if rig is not None]
@@ -126,6 +127,8 @@ def known_rig_problem(records: Sequence[Record]) -> KnownRigProblem | None:
     if not load_control:
         for record in records:
             require_the_rigs_sense(record)
+            if unit := unit_words(record):
+                raise RecordError(unit)
     most = max(LEAST_RECORD_SAMPLES, KNOWN_RIG_SAMPLES // len(records))
     used = prepare(records, [kept_samples(record.drive, most, cycle_index(record)) for record in records])
     channels, words = channels_of(used, rigs)

@@ -56,12 +56,12 @@ _CURVE = CurveForm(
 
 EFFECT = Effect(
     name="backlash",
-    physics="Clearance in the gears or couplings between motor and wheel. After every reversal the wheel stands still "
-    "for the width of the play, as a play operator does (Krasnosel'skii and Pokrovskii 1989, ISBN 978-3-642-64782-6).",
-    distinguished_by="Record a second amplitude, and three preloads. Play has a sharp corner and the same width at "
-    "every amplitude and preload. A Bouc-Wen loop, or friction with an elastic tendon, also stands still after a "
-    "reversal, but changes with both. Friction at the base before tendons without a toe region does not: it is the "
-    "same as play.",
+    seen="after every reversal the angle stands still, over the same stroke everywhere",
+    physics="Clearance in gears or couplings between motor and wheel: a play operator (Krasnosel'skii and Pokrovskii "
+    "1989, ISBN 978-3-642-64782-6).",
+    distinguished_by="Record a second amplitude, and three preloads. The width of a play changes with neither. That "
+    "of a Bouc-Wen loop changes, and so does that of friction with an elastic tendon. Friction at the base before "
+    "tendons without a toe region is the same as a play.",
     rig_forms=(RigForm((WIDTH,), _starts, rig=_rig, needs=frozenset({"wheel"})),),
     curve_forms=(_CURVE,),
     space_forms=(SpaceForm((WIDTH,), partial(_starts, rig=None), wheels=_wheels),),

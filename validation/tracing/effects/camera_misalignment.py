@@ -71,9 +71,9 @@ _CURVE_GAIN = CurveForm(
 
 EFFECT = Effect(
     name="camera_misalignment",
-    physics="A tilted or uncalibrated camera reads a wrong angle: gain, offset and, to first order of its tilt, a "
-    "part that is even in the angle. The reading is a function of the angle alone, without a loop (pinhole model; "
-    "Hartley and Zisserman 2004, doi 10.1017/CBO9780511811685).",
+    seen="a wrong angle, without a loop of its own",
+    physics="A tilted or uncalibrated camera adds a gain, an offset and, to first order of its tilt, a part that is "
+    "even in the angle (pinhole model; Hartley and Zisserman 2004, doi 10.1017/CBO9780511811685).",
     distinguished_by="Turn the camera, or read a known angle. Gravity is also a smooth function of the angle. Unequal "
     "tendons also have an even part, but theirs changes with preload.",
     rig_forms=(

@@ -61,12 +61,12 @@ def _starts(scale: Scale, rig: Rig | None) -> list[Values]:
 
 EFFECT = Effect(
     name="drive_gain",
-    physics="A wheel radius or a spindle pitch that is off by some per cent winds (1 + e) x in place of x. Beside an "
-    "unknown geometry, or a drive in turns of a motor, the gain is free anyway, and the effect is seen against a "
-    "reference alone.",
-    distinguished_by="Measure the tendon that a turn of the motor winds. A camera with a wrong gain stretches the "
-    "angle and with it the loop; a wrong gain of the drive leaves the widths in the drive, such as play, where they "
-    "are, and bends the tube further, so that the loop and the ends of the stroke change.",
+    seen="the bend is too large or too small by a constant factor",
+    physics="A wheel radius or spindle pitch that is off by some per cent winds (1 + e) x in place of x. With an "
+    "unknown geometry, or a drive in turns of a motor, only a comparison with a reference shows it.",
+    distinguished_by="Measure the tendon that a turn of the motor winds. A wrong gain of the camera stretches the "
+    "loop with the angle. A wrong gain of the drive keeps widths in the drive, such as a play, and changes the loop "
+    "and the ends of the stroke.",
     rig_forms=(RigForm((ERROR,), _starts, rig=_rig, needs=frozenset({"drive in mm"})),),
     curve_forms=(_CURVE,),
     space_forms=(SpaceForm((ERROR,), partial(_starts, rig=None), wheels=_wheels),),

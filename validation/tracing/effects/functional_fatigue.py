@@ -85,10 +85,11 @@ _CURVE = CurveForm(
 
 EFFECT = Effect(
     name="functional_fatigue",
-    physics="Cycling trains Nitinol: its loop shrinks and a residual strain grows. Both are exponential in the number "
-    "of cycles (Eggeler et al. 2004, doi 10.1016/j.msea.2003.10.327).",
-    distinguished_by="Record the tensions, or a second preload. A loss of preload also changes with the cycles, but "
-    "it acts on the tension and widens the loop.",
+    seen="the loop shrinks and the angle shifts from cycle to cycle",
+    physics="Cycling trains Nitinol: its loop shrinks and a residual strain grows, both exponential in the number of "
+    "cycles (Eggeler et al. 2004, doi 10.1016/j.msea.2003.10.327).",
+    distinguished_by="Record the tensions, or a second preload. A loss of preload acts on the tension, and widens the "
+    "loop.",
     rig_forms=(RigForm((LOSS, RESIDUAL, CYCLES), _starts, rig=_rig, needs=frozenset({"cycles"})),),
     curve_forms=(_CURVE,),
 )

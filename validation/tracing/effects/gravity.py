@@ -71,9 +71,9 @@ _CURVE = CurveForm(
 
 EFFECT = Effect(
     name="gravity",
-    physics="The weight of rings and tool bends the tube. The moment follows sine and cosine of the headings of the "
-    "rings; it is given by its parts along and across the straight tube. It is smooth and has no loop. It is odd or "
-    "even in the angle, depending on how the rig is mounted.",
+    seen="a smooth deviation without a loop",
+    physics="The weight of rings and tool bends the tube by the sine and cosine of the ring headings, given by its "
+    "parts along and across the straight tube. The mounting of the rig makes it odd or even in the angle.",
     distinguished_by="Mount the rig turned by 90 or 180 degrees. A misaligned camera is also a function of the angle "
     "alone, but does not turn with the rig.",
     rig_forms=(RigForm((ALONG, ACROSS), _starts, rig=_rig),),

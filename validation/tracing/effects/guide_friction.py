@@ -87,10 +87,10 @@ _CURVE = CurveForm(
 
 EFFECT = Effect(
     name="guide_friction",
-    physics="Tendons rub where they are led round a bend: T2 = T1 exp(mu phi) (Euler 1769). The baseline has this "
-    "capstan friction in the bends of the tube, and a constant force at the base. The effect is what these lack: "
-    "friction in proportion to tension between wheel and base, which is there before the tube bends, or a constant "
-    "force at every guide.",
+    seen="the loop is wider, and more so at a higher preload",
+    physics="Tendons rub at bends: T2 = T1 exp(mu phi) (Euler 1769). The baseline has this in the bends of the tube, "
+    "and a constant force at the base. The effect adds friction in proportion to tension between wheel and base, or a "
+    "constant force at every guide.",
     distinguished_by="Record a second preload. Guide friction grows with tension; a Bouc-Wen loop and a constant "
     "force do not.",
     rig_forms=(

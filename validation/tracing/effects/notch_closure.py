@@ -63,11 +63,11 @@ _CURVE = CurveForm(
 
 EFFECT = Effect(
     name="notch_closure",
-    physics="The edges of a notch meet at an angle of the joint (width over lever, York et al., ICRA 2015, doi "
-    "10.1109/ICRA.2015.7139414) and carry load from there on: the tube stiffens beyond it, with pairs of notches on "
-    "both sides.",
+    seen="the tube stiffens beyond an angle, at both ends",
+    physics="The edges of a notch meet at an angle of the joint, width over lever, and carry load from there on (York "
+    "et al., ICRA 2015, doi 10.1109/ICRA.2015.7139414).",
     distinguished_by="Record a smaller amplitude: without contact the effect is gone. A superelastic plateau curves "
-    "the other way. An obstacle clips one end of the stroke only.",
+    "the other way. An obstacle clips one end only.",
     rig_forms=(RigForm((ANGLE, STIFFNESS), _starts, rig=_rig),),
     curve_forms=(_CURVE,),
 )

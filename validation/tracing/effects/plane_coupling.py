@@ -26,13 +26,12 @@ def _starts(scale: Scale) -> list[Values]:
 
 EFFECT = Effect(
     name="plane_coupling",
-    physics="The tendons are turned against the notches about the tube axis. A moment of one wheel has a component in "
-    "the other bending plane, of sin(turn) of its size (Euler-Bernoulli beam with two principal axes; Timoshenko, "
-    "Strength of Materials, part I, 1955, on unsymmetrical bending). A tube that is turned in its mounting together "
-    "with its tendons reads as a turned sensor does.",
-    distinguished_by="A second angle that the first wheel moves. A sensor that is turned about the tube axis "
-    "(`turned_sensor`) reads nearly the same on a wrist that is as stiff in both planes: slacken the tendons, hang a "
-    "weight on the tip to the side, and see whether the other angle moves, as only a turned sensor shows. A delay "
-    "widens the loops of both angles and moves no wheel's motion into the other plane.",
+    seen="one wheel moves the angle of the other plane",
+    physics="The tendons are turned against the notches about the tube axis, so a moment has a component of sin(turn) "
+    "in the other plane (unsymmetrical bending; Timoshenko, Strength of Materials, part I, 1955). If the tube is "
+    "turned together with its tendons, it looks like `turned_sensor`.",
+    distinguished_by="Slacken the tendons and hang a weight on the tip to the side. The other angle moves with a "
+    "turned sensor (`turned_sensor`), not with turned tendons; on a wrist that is as stiff in both planes the records "
+    "alone hardly separate them. A delay widens both loops, but moves nothing into the other plane.",
     space_forms=(SpaceForm((TURN,), _starts, chain=_chain),),
 )

@@ -51,10 +51,11 @@ _CURVE = CurveForm(
 
 EFFECT = Effect(
     name="position_friction",
-    physics="A rough or tight stretch of a guide, a worn place of the tendon or a bent sheath: the friction of the "
-    "guides varies along the stroke, here as exp(g x) with the drive x. The loop widens towards one end.",
-    distinguished_by="Record a second preload, or move the rig's zero along the tendon. Unequal tendons also make the "
-    "loop wider on one side, but they change slopes and tensions with it; without a geometry the two are one operator.",
+    seen="the loop widens towards one end of the stroke",
+    physics="A tight stretch of a guide, a worn tendon or a bent sheath: the friction of the guides varies as exp(g "
+    "x) with the drive x.",
+    distinguished_by="Record a second preload, or move the rig's zero along the tendon. Unequal tendons also widen "
+    "one side of the loop, but change slopes and tensions with it; without a geometry the two are one operator.",
     rig_forms=(RigForm((GROWTH,), _starts, rig=_rig, needs=frozenset({"wheel"})),),
     curve_forms=(_CURVE,),
 )

@@ -88,10 +88,11 @@ _CURVES = (
 
 EFFECT = Effect(
     name="preload_loss",
+    seen="loops widen, or shift, from cycle to cycle",
     physics="Knots, crimps and tendon seats settle. The preload falls with the number of cycles c as T0 (1 - a (1 - "
-    "exp(-c/c0))), so that loops widen, or shift, from cycle to cycle.",
-    distinguished_by="Record the tensions, or a second preload. Functional fatigue also changes with the cycles, but "
-    "it acts on the loop of the material, not on the tension.",
+    "exp(-c/c0))).",
+    distinguished_by="Record the tensions, or a second preload. Functional fatigue acts on the loop of the material, "
+    "not on the tension.",
     rig_forms=(RigForm((FRACTION, CYCLES), _starts, rig=_rig, needs=frozenset({"cycles", "two tendons"})),),
     curve_forms=(*_CURVES,),
 )

@@ -83,11 +83,12 @@ _CURVES = (
 
 EFFECT = Effect(
     name="preloaded_play",
-    physics="Clearance of a tendon in its holes or fixings that tension takes up: a play of the width w/(1 + T/T0), T "
-    "being the preload, about which the tensions reverse. The authors of the reference rig name it (Mechanical "
-    "Sciences 9, 2018). Each record has a play of its own width.",
-    distinguished_by="Record a second preload: this play shrinks as the preload grows, play in gears does not. At one "
-    "preload the two are the same.",
+    seen="a play that is narrower at a higher preload",
+    physics="Clearance of a tendon in its holes or fixings that tension closes: a play of the width w/(1 + T/T0) at "
+    "the preload T. Each record has its own width. The authors of the reference rig name it (Mechanical Sciences 9, "
+    "2018).",
+    distinguished_by="Record a second preload: this play shrinks as the preload grows, and a play in gears does not. "
+    "At one preload they are the same.",
     rig_forms=(
         RigForm((WIDTH, TENSION), _starts, rig=_rig, needs=frozenset({"wheel", "preloads"})),
         RigForm((AT_PRELOAD,), _of_one_preload, rig=_rig, needs=frozenset({"wheel", "one preload"})),

@@ -57,12 +57,13 @@ _CURVE = CurveForm(
 
 EFFECT = Effect(
     name="run_in",
-    physics="In the first cycles after assembly or rest the guides rub more: surfaces wear in and lubricant spreads. "
-    "The friction decays with the number of cycles c to a steady one, F (1 + e exp(-c/c0)), and the loop with it "
-    "(running-in; Khonsari, Ghatrehsamani and Akbarzadeh, Wear 474-475, 2021, 203871).",
+    seen="the first loops are wider than the later ones",
+    physics="After assembly or rest the guides rub more, until surfaces wear in and lubricant spreads. The friction "
+    "decays with the number of cycles c as F (1 + e exp(-c/c0)) (running-in; Khonsari, Ghatrehsamani and Akbarzadeh, "
+    "Wear 474-475, 2021, 203871).",
     distinguished_by="Record more cycles, and a rest between. Functional fatigue shrinks the loop of the material and "
-    "leaves a residual angle; a loss of preload changes the friction and the slope. Without a geometry, fatigue "
-    "without a residual angle is the same operator.",
+    "adds a residual angle; a loss of preload changes friction and slope. Without a geometry, fatigue without a "
+    "residual angle is the same operator.",
     rig_forms=(RigForm((EXCESS, CYCLES), _starts, rig=_rig, needs=frozenset({"cycles", "wheel"})),),
     curve_forms=(_CURVE,),
 )

@@ -60,12 +60,12 @@ _CURVE = CurveForm(
 
 EFFECT = Effect(
     name="stribeck_friction",
-    physics="Friction falls as the sliding speed rises: F = Fc (1 + r exp(-v/vs)) (velocity weakening; Stribeck 1902; "
-    "Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30, 1994, doi 10.1016/0005-1098(94)90209-7). The loop is "
-    "wider the slower the drive, and widens towards the ends of a stroke. In the rig, all guides feel the speed of the "
-    "wheel's rim, each sample being in equilibrium.",
-    distinguished_by="Record two rates: velocity weakening makes the slow loop the wider one, viscous drag the fast "
-    "one. At a single rate both look like a loop that changes along the stroke.",
+    seen="the loop is wider in slow records",
+    physics="Friction falls as the sliding speed rises: F = Fc (1 + r exp(-v/vs)) (Stribeck 1902; Armstrong-Helouvry, "
+    "Dupont, Canudas de Wit, Automatica 30, 1994, doi 10.1016/0005-1098(94)90209-7). In the rig all guides have the "
+    "speed of the wheel's rim.",
+    distinguished_by="Record two rates: velocity weakening widens the slow loop, viscous drag the fast one. At one "
+    "rate both look like a loop that changes along the stroke.",
     rig_forms=(RigForm((RISE, SPEED), _starts, rig=_rig, needs=frozenset({"time", "wheel"})),),
     curve_forms=(_CURVE,),
 )

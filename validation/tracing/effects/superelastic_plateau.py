@@ -92,9 +92,9 @@ _CURVE = CurveForm(
 
 EFFECT = Effect(
     name="superelastic_plateau",
+    seen="the slope changes beyond a bend, with a loop away from the centre",
     physics="Beyond about 1 % of strain Nitinol transforms at a nearly constant stress, and comes back at a lower one "
-    "(flag-shaped law; Auricchio, Taylor, Lubliner 1997, doi 10.1016/S0045-7825(96)01232-7). The slope changes beyond "
-    "a strain, with a loop away from the centre.",
+    "(flag-shaped law; Auricchio, Taylor, Lubliner 1997, doi 10.1016/S0045-7825(96)01232-7).",
     distinguished_by="Record a larger amplitude. Notches that close curve the other way.",
     rig_forms=(
         RigForm((PLATEAU, UNLOADING), _starts, rig=_rig, needs=frozenset({"wheel"})),

@@ -24,9 +24,9 @@ def _starts(scale: Scale, rig: Rig) -> list[Values]:
 
 EFFECT = Effect(
     name="temperature",
-    physics="The stresses at which Nitinol transforms, and transforms back, rise with the temperature, by 6.5 MPa/K "
-    "where the rig declares no other slope (Clausius-Clapeyron relation). A tube that is "
-    "warmer or colder than its declared plateaus has both shifted.",
+    seen="the plateau begins at another bend than declared",
+    physics="The stresses at which Nitinol transforms rise with the temperature, by 6.5 MPa/K where the rig declares "
+    "no other slope (Clausius-Clapeyron relation).",
     distinguished_by="Measure the temperature of the tube, or record again in warm water. Another plateau stress of "
     "the material looks the same at one temperature.",
     rig_forms=(RigForm((WARMER,), _starts, rig=_rig, needs=frozenset({"declared plateau"})),),

@@ -59,9 +59,9 @@ _CURVE = CurveForm(
 
 EFFECT = Effect(
     name="tendon_creep",
-    physics="Polymer and laid tendons go on stretching under load and recover without it: Kelvin-Voigt creep of the "
-    "tendon between wheel and base, exponential in time and in proportion to the tension (Findley, Lai, Onaran 1976, "
-    "ISBN 978-0-486-66016-5).",
+    seen="the angle goes on moving in a dwell, and returns without load",
+    physics="Polymer and laid tendons stretch on under load and recover without it: Kelvin-Voigt creep between wheel "
+    "and base, in proportion to the tension (Findley, Lai, Onaran 1976, ISBN 978-0-486-66016-5).",
     distinguished_by="Record a dwell at full drive on both sides. Creep changes its sign with the load; thermal drift "
     "does not. Viscous drag has no memory.",
     rig_forms=(RigForm((FRACTION, TIME), _starts, rig=_rig, needs=frozenset({"time", "wheel"})),),

@@ -62,11 +62,11 @@ _CURVES = (
 
 EFFECT = Effect(
     name="tendon_engagement",
-    physics="A single tendon takes hold late: it hangs loose at one end of the stroke, and the angle follows the drive "
-    "beyond an engagement only. On the way back it may let go at another place. A tendon pulls and never pushes "
-    "(unilateral tendon, as in fem_models.multibody.quasi_static).",
+    seen="with a single tendon, nothing moves at one end of the stroke",
+    physics="A single tendon hangs loose at one end of the stroke and engages late. It may let go at another place on "
+    "the way back. A tendon pulls and never pushes (unilateral tendon, as in fem_models.multibody.quasi_static).",
     distinguished_by="Record more preload, or a stroke that begins in the taut range. Slack between two tendons is a "
-    "dead zone inside the stroke; at its very end the two are the same. Notches that close clip the other end.",
+    "dead zone inside the stroke; at its very end they are the same. Notches that close clip the other end.",
     rig_forms=(RigForm((LATE,), _starts, rig=_rig, needs=frozenset({"wheel", "one tendon"})),),
     curve_forms=(*_CURVES,),
 )

@@ -91,9 +91,9 @@ _CURVES = (
 
 EFFECT = Effect(
     name="tendon_slack",
-    physics="Tendons that are longer than the declared preload requires carry no load about the centre. Neither is "
-    "taut there, and the tube does not move: a dead zone at one position of the drive, the same on the way up and "
-    "down. A tendon pulls and never pushes (unilateral tendon, as in fem_models.multibody.quasi_static).",
+    seen="nothing moves near the centre, on the way up and down alike",
+    physics="Tendons longer than the declared preload requires: neither is taut about the centre. A tendon pulls and "
+    "never pushes (unilateral tendon, as in fem_models.multibody.quasi_static).",
     distinguished_by="Record more preload: the dead zone shrinks. Backlash comes after every reversal, slack at one "
     "position of the drive.",
     rig_forms=(

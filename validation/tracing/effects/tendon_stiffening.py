@@ -71,10 +71,11 @@ _CURVE = CurveForm(
 
 EFFECT = Effect(
     name="tendon_stiffening",
+    seen="the bend is too small at a low preload",
     physics="A laid tendon is soft until its strands bed down: k(T) = k_inf T/(T + toe) (toe region; Costello, Theory "
-    "of Wire Rope, 1997, doi 10.1007/978-1-4612-1970-5). The effect is odd in the drive and strongest at low tension.",
-    distinguished_by="Record a second preload. The effect falls with preload. At a single preload it looks like a "
-    "wider loop, and so do backlash and more friction, which do not fall.",
+    "of Wire Rope, 1997, doi 10.1007/978-1-4612-1970-5). The effect is odd in the drive.",
+    distinguished_by="Record a second preload: the effect falls with preload. At one preload it looks like a wider "
+    "loop, as backlash and more friction do; these do not fall.",
     rig_forms=(RigForm((TOE,), _starts, rig=_rig, needs=frozenset({"wheel", "two tendons"})),),
     curve_forms=(_CURVE,),
 )

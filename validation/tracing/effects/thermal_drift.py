@@ -72,8 +72,8 @@ _CURVES = (
 
 EFFECT = Effect(
     name="thermal_drift",
-    physics="Sensor, motor and mounting warm up. The offset changes slowly with time, steadily or towards a limit, "
-    "with one sign through all cycles whatever the load.",
+    seen="the offset changes slowly, with one sign whatever the load",
+    physics="Sensor, motor and mounting warm up. The offset of the reading follows, steadily or towards a limit.",
     distinguished_by="Record a dwell at full drive on both sides. Thermal drift keeps its sign; creep changes it with "
     "the load.",
     rig_forms=(

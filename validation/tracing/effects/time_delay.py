@@ -44,10 +44,10 @@ _CURVE = CurveForm(
 
 EFFECT = Effect(
     name="time_delay",
-    physics="Sensor filters, transmission and logging delay the reading: the angle that is logged is that of a moment "
-    "ago, theta(t - tau).",
-    distinguished_by="Record two rates, or a dwell. Viscous drag also grows with the rate, but it acts at the ends of "
-    "the stroke, too, where a delay vanishes.",
+    seen="the loop is wider in fast records, with nothing at the ends of the stroke",
+    physics="Sensor filters, transmission and logging delay the reading: the logged angle is theta(t - tau).",
+    distinguished_by="Record two rates, or a dwell. Viscous drag also grows with the rate, but acts at the ends of "
+    "the stroke, too.",
     rig_forms=(RigForm((DELAY,), _starts, observe=observe, needs=frozenset({"time"})),),
     curve_forms=(_CURVE,),
     space_forms=(SpaceForm((DELAY,), partial(_starts, rig=None), observe=observe, needs=frozenset({"time"})),),

@@ -70,10 +70,11 @@ _CURVES = tuple(
 
 EFFECT = Effect(
     name="tip_contact",
-    physics="The tip meets an obstacle (a wall, a camera stand) on one side. Beyond an angle the bending goes on with "
-    "less slope, with a kink at the contact.",
+    seen="the slope falls with a kink, on one side",
+    physics="The tip meets an obstacle, such as a wall or a camera stand. Beyond that angle the bending goes on with "
+    "less slope.",
     distinguished_by="Look for an obstacle, or record a smaller amplitude. Unequal tendons change the whole of one "
-    "side, without a kink. Notches that close clip both ends of the stroke.",
+    "side, without a kink. Notches that close clip both ends.",
     rig_forms=(
         RigForm((ABOVE, STIFFNESS), lambda scale, rig: _starts(1.0, scale), rig=_rig),
         RigForm((BELOW, STIFFNESS), lambda scale, rig: _starts(-1.0, scale), rig=_rig),

@@ -91,12 +91,12 @@ _CURVE = CurveForm(
 
 EFFECT = Effect(
     name="tip_load",
-    physics="A dead force on the tip, such as a weight that hangs there or a tool that is pulled at: fixed in space, "
-    "given by its parts along and across the straight tube. It bends the tube to one side, by an offset, and stiffens "
-    "or softens it: a joint feels the force times the lever to the tip, which changes as it bends (virtual work).",
-    distinguished_by="Take the load off, or turn the rig by 90 or 180 degrees. The weight of the rings acts in nearly "
-    "the same way, more at the base; a misaligned camera is also a function of the angle alone. A load draws on the "
-    "tendons, too: record their tensions.",
+    seen="an offset to one side, and another stiffness",
+    physics="A dead force on the tip, such as a hanging weight, given by its parts along and across the straight "
+    "tube. A joint feels the force times the lever to the tip, which changes as it bends (virtual work).",
+    distinguished_by="Take the load off, or turn the rig by 90 or 180 degrees. The weight of the rings acts nearly "
+    "alike, more at the base; a misaligned camera is also a function of the angle alone. A load also changes the "
+    "tensions: record them.",
     rig_forms=(RigForm((ACROSS,), _across, rig=_rig), RigForm((ALONG, ACROSS), _both, rig=_rig)),
     curve_forms=(_CURVE,),
 )

@@ -29,10 +29,10 @@ def _starts(scale: Scale) -> list[Values]:
 
 EFFECT = Effect(
     name="torsion",
-    physics="Thin webs between notches twist under side loads on the bent wrist. Their torsional compliance is that "
-    "of a thin rectangle (Saint-Venant; Timoshenko and Goodier, Theory of Elasticity, 1970, chapter 10), which wall, "
-    "fillets and warping at the roots change by a multiple.",
+    seen="the tip twists under a side load",
+    physics="Thin webs between notches twist. Their compliance is that of a thin rectangle (Saint-Venant; Timoshenko "
+    "and Goodier, Theory of Elasticity, 1970, chapter 10), changed by wall, fillets and warping at the roots.",
     distinguished_by="Record the torsion of the tip with a weight on it, bent to the side. Without a side load the "
-    "tendons twist the tube hardly at all, and the records do not show the effect.",
+    "tendons hardly twist the tube.",
     space_forms=(SpaceForm((COMPLIANCE,), _starts, chain=_chain, needs=frozenset({"torsion"})),),
 )

@@ -29,13 +29,12 @@ def _starts(scale: Scale) -> list[Values]:
 
 EFFECT = Effect(
     name="turned_sensor",
-    physics="The frame of the sensor or camera is turned about the tube axis against the rig, or the rig with its "
-    "tendons against it. Both bending angles are components of one vector across the tube, and a turned frame mixes "
-    "them as a plane rotation does (Goldstein, Classical Mechanics, 2nd edition, 1980, chapter 4). Tensions, friction "
-    "and torsion stay as they are.",
-    distinguished_by="Turned tendons (`plane_coupling`) turn the bending of the wrist itself, and read nearly the same "
-    "on a wrist that is as stiff in both planes. Slacken the tendons, hang a weight on the tip to the side, and read "
-    "both angles before and after: a turned sensor shows a part of the change in the other plane, turned tendons show "
-    "none. Or look at the marks of tube, tendons and sensor.",
+    seen="one wheel moves the reading of the other plane",
+    physics="The sensor is turned about the tube axis against the rig. It mixes both bending angles as a plane "
+    "rotation does (Goldstein, Classical Mechanics, 2nd edition, 1980, chapter 4). Tensions, friction and torsion do "
+    "not change.",
+    distinguished_by="Slacken the tendons and hang a weight on the tip to the side. A turned sensor shows a part of "
+    "the change in the other plane, turned tendons (`plane_coupling`) show none; on a wrist that is as stiff in both "
+    "planes the records alone hardly separate them. Or look at the marks of tube, tendons and sensor.",
     space_forms=(SpaceForm((TURN,), _starts, sensor=sensor),),
 )

@@ -115,11 +115,12 @@ _CURVES = (
 
 EFFECT = Effect(
     name="unequal_tendons",
-    physics="Assembly leaves the two sides unequal: moment arm, stiffness or rest length of one tendon. The angle "
-    "gets a part that is even in the drive: an offset, and slopes and widths that differ from side to side. The "
-    "authors of the reference rig explain their residual by it (Mechanical Sciences 9, 2018, section 4.4).",
-    distinguished_by="Record a second preload. A misaligned camera also has an even part, but it is the same at every "
-    "preload and leaves the width of the loop alone. An obstacle clips one side only.",
+    seen="an offset, and slopes and widths that differ from side to side",
+    physics="Assembly makes the moment arm, stiffness or rest length of one tendon differ: the angle has a part that "
+    "is even in the drive. The authors of the reference rig explain their residual by it (Mechanical Sciences 9, "
+    "2018, section 4.4).",
+    distinguished_by="Record a second preload. The even part of a misaligned camera is the same at every preload, and "
+    "does not change the width of the loop. An obstacle clips one side only.",
     rig_forms=(
         RigForm((ARM,), _arm, rig=_rig, needs=_TWO),
         RigForm((STIFFNESS,), _stiffness, rig=_rig, needs=_TWO),

@@ -64,8 +64,8 @@ _CURVES = (
 
 EFFECT = Effect(
     name="viscous_drag",
-    physics="Lubricant in the sheath, or a damper, resists in proportion to the rate. The loop is wider the faster "
-    "the drive moves; static data do not show it.",
+    seen="the loop is wider in fast records",
+    physics="Lubricant in the sheath, or a damper, resists in proportion to the rate. Static records do not show it.",
     distinguished_by="Record two rates. A delay keeps the shape of the loop and vanishes at the ends of the stroke.",
     rig_forms=(
         RigForm((SHEATH,), _sheath_starts, rig=_rig, needs=frozenset({"time", "wheel"})),

@@ -87,8 +87,9 @@ _CURVE = CurveForm(
 
 EFFECT = Effect(
     name="wheel_eccentricity",
+    seen="a wave along the drive, the same on the way up and down",
     physics="A wheel whose bore is off its centre winds x + e sin(x/R + p) in place of x. The error is periodic in "
-    "the drive, the same on the way up and down.",
+    "the drive.",
     distinguished_by="Record a larger amplitude: the error repeats with every turn of the wheel. Gravity and a "
     "misaligned camera are smooth over the whole stroke.",
     rig_forms=(

@@ -30,10 +30,10 @@ def nothing_to_explain(baseline: Fitted, policy: SearchPolicy) -> bool:
 
 
 def is_beyond_chance(before: Fitted, after: Fitted, policy: SearchPolicy) -> bool:
-    """Whether an effect takes so much from a baseline which absorbs effects that noise cannot have made it.
+    """Whether an effect improves a baseline which absorbs effects by so much that noise cannot have made it.
 
-    The ratio of the errors says little there: what the baseline has absorbed of a play of 6 times the noise left 1.04
-    times the noise, and a play gained 63 of the criterion.
+    The ratio of the errors says little there: an effect of several times the noise may be absorbed but for a few per
+    cent of it, and still improve the criterion by far more than noise does.
     """
     gain = before.train_bic(after.train_samples) - after.train_bic(after.train_samples)
     return policy.absorbs_effects and bool(after.names) and gain > FAR_BEYOND_CHANCE

@@ -260,7 +260,7 @@ def front_runners(best: Fitted, effects: Sequence[Effect], report: Progress) -> 
 def _front_runner(best: Fitted, effect: Effect, report: Progress, ahead: int = 0) -> Fitted | None:
     """Fit an effect from its best start; where its constants make no sense, in its other forms, best start first.
 
-    A steady drift is also one towards a far limit, whose size makes no sense.
+    A steady drift is also one towards a far limit, whose size is outside its sensible range.
     """
     problem, starts = best.model.problem, list[Start]()
     for form in problem.forms(effect):

@@ -61,10 +61,9 @@ def exchanged(search: Search, fitted: Fitted, most: int | None) -> list[Fitted]:
 
 
 def from_every_start(search: Search, fitted: Fitted, effect: Effect) -> list[Fitted]:
-    """Fit an effect in the place of the only one of a model, from all its starts beside the same baseline.
+    """Fit an effect in the place of the only one of a model, from all its starts with the same baseline.
 
-    After the first steps the best two go on. Which start is the right one shows late: of a load at the tip the two
-    directions across had 3.6 and 5.2 times the noise after four steps, 3.1 and 2.2 after eight, 3.1 and 1 in the end.
+    After the first steps the best two go on, because which start is the right one may show after more steps only.
     """
     base, early = _without(fitted, 0), list[Fitted]()
     own = replace(search, policy=replace(search.policy, starts_from_declared=False), _forms={})

@@ -42,8 +42,8 @@ def refined(fitted: Fitted, report: Progress, *, threads: int = 2, prior_mean: F
 def _in_form(fitted: Fitted, place: int, form: RigForm, threads: int, prior_mean: Floats | None) -> Fitted:
     """Fit one effect in another form, from its present parameters; the model as it is where that is no better.
 
-    Parameters that the simplest form lacks may have taken the place of the new ones: they also start from their own
-    starts. A plateau that rises was the best one without an end; with an end it is flat.
+    Other parameters may have absorbed what the new ones describe, as a rising plateau does the end of a flat one: so
+    these also start from their own starts.
     """
     added = list(fitted.model.added)
     forms = fitted.model.problem.forms(added[place].effect)

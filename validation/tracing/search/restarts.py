@@ -101,9 +101,7 @@ def best_of_other_tendons(search: Search, fitted: Fitted) -> Fitted:
 def other_tendons(fitted: Fitted) -> list[Floats]:
     """Coordinates of an equivalent rig with tendons that are all but linear; none where they are, or have no toe.
 
-    Soft tendons and linear ones are two optima, and a baseline without the effect may sit in the wrong one. For slack
-    of a rig of linear tendons every start led to a toe region of 20 N and 2.8 times the noise; from there with one of
-    0.1 to 4 N it came to the noise.
+    Soft tendons and linear ones are two optima, and a baseline without the effect may be in the wrong one.
     """
     problem, (baseline, effects) = fitted.model.problem, fitted.model.values(fitted.x)
     own = {name for values in effects for name in values}

@@ -7,7 +7,7 @@ that it has not seen as well, one that stands still for twice as far is refuted,
 motion within w, the angle does stand still.
 
 Friction between wheel and base does the same where the tendons beyond it are elastic: with the force F it is a play of
-2 F / k, k being the stiffness of the free tendon. The angle alone does not tell the two apart.
+2 F / k, k being the stiffness of the free tendon. The angle alone does not distinguish the two.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ from validation.tracing.settings import (
 )
 
 SAME_STILL = ("guide_friction",)
-"""What reads as a still zone, too: friction between wheel and base."""
+"""An effect with the same still zone: friction between wheel and base."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,8 +109,8 @@ def _zone(best: Fitted, added: AddedEffect, fits: FoldFits) -> StillZone | None:
 def _edge(best: Fitted, added: AddedEffect) -> float | None:
     """Width beyond which the error of a still zone, fitted to all samples, rises; None where none is tolerated.
 
-    Up to the true width plays take what is beyond a narrower one: the error says nothing there, and its least value is
-    where a width suits the radii of the plays. At the true width it begins to rise.
+    Up to the true width the plays absorb the rest of a narrower one: the error says nothing there, and its least value
+    is where a width suits the radii of the plays. At the true width it begins to rise.
     """
     problem = best.model.problem
     assert isinstance(problem, PlayProblem)

@@ -22,6 +22,8 @@ OTHER_AMPLITUDE = "every new record is beyond the amplitudes of the reference"
 """Word of a trace that cannot say whether the rig has changed."""
 OTHER_RATE = "every new record is beyond the rates of the reference"
 """Word of a trace in which a change must explain more than what a rate makes."""
+NOT_AS_RECORDED = "no effect was looked for: the records are not as their rig can have made them"
+"""Word of a trace that ends before its search."""
 _STILL, _RESTS = 1e-3, 0.25
 """Part of a stroke by which a drive that rests at its end may move; part of its time from which it does rest."""
 
