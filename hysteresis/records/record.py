@@ -271,7 +271,9 @@ class Record:
             coordinates["axis"] = ["along", "across", "out_of_plane"][: self.tip_mm.shape[1]]
         dataset = xr.Dataset(variables, coordinates, {"title": self.title, "kind": self.kind})
         for table in ("rig", "tube", "notch"):
-            dataset.attrs |= {f"{table}_{key}": value for key, value in getattr(self, table).items()}
+            for key, value in getattr(self, table).items():
+                flat = value if isinstance(value, Mapping) else {"": value}
+                dataset.attrs |= {f"{table}_{key}{inner and '_'}{inner}": one for inner, one in flat.items()}
         for name in (*variables, *(n for n in ("time_s", "cycle") if n in coordinates)):
             dataset[name].attrs["units"] = "1" if name == "cycle" else name.rsplit("_", 1)[-1]
         return dataset

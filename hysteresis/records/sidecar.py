@@ -17,11 +17,13 @@ from hysteresis.records.units import declared_unit, expected_unit, unit_of
 Columns = Mapping[str, list[str]]
 """Key of ``[columns]`` -> columns of the CSV."""
 _RIG_NUMBERS = ("preload_N", *MEASURED_KEYS)
+TOLERANCE = "tolerance"
+"""Table of ``[rig]``: standard deviations of its numbers, by names that the model of the rig knows."""
 _KEYS: dict[str, tuple[str, ...]] = {
     "": ("schema", "title", "kind", "maker", "columns", "drive", "rig", "tube", "notch", "kinematics"),
     "columns": (*FIELDS, *LIST_FIELDS),
     "drive": ("unit",),
-    "rig": ("preset", "file", *_RIG_NUMBERS),
+    "rig": ("preset", "file", *_RIG_NUMBERS, TOLERANCE),
     "kinematics": ("file",),
 }
 
@@ -109,7 +111,10 @@ def check_rig_tables(where: Path, tables: Mapping[str, Any]) -> None:
             if table == "notch" and isinstance(value, list | tuple):
                 check_list(f"{where}: notch.{as_given(key)}", value)
                 continue
-            if table != "rig":
+            if table == "rig" and key == TOLERANCE:
+                good = isinstance(value, Mapping) and all(is_number(one) and one > 0 for one in value.values())
+                expected = "a table of standard deviations above 0"
+            elif table != "rig":
                 good, expected = text or number, "a number or text"
             elif key not in _RIG_NUMBERS:
                 good, expected = text, "text"
@@ -202,6 +207,11 @@ def toml(tables: Mapping[str, Any]) -> str:
             if not isinstance(value, Mapping)
         ]
 
+    def headed(name: str, table: Mapping[str, Any]) -> list[str]:
+        own, inner = lines(table), [(key, one) for key, one in table.items() if isinstance(one, Mapping) and one]
+        head = [f"\n[{name}]", *own] if own or not inner else []
+        return head + [line for key, one in inner for line in headed(f"{name}.{key}", one)]
+
     parts = [lines(tables)]
-    parts += [[f"\n[{name}]", *lines(table)] for name, table in tables.items() if isinstance(table, Mapping) and table]
+    parts += [headed(name, table) for name, table in tables.items() if isinstance(table, Mapping) and table]
     return "\n".join(line for part in parts for line in part) + "\n"

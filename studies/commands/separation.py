@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
+from fem_models.rig.checks import SolverError
 from fem_models.rig.of_record import rig_of
 from hysteresis import identify
 from hysteresis.arrays import Floats
@@ -30,23 +31,28 @@ from studies.results.separation import (
     NextExperiment,
     OverEnsemble,
     Separation,
+    ToMeasure,
 )
 from validation.separation import Contributions, calibrate_rig, loop_program, separate
-from validation.separation.contributions import PLAY, SETS, shapley_shares
+from validation.separation.contributions import PLAY, SETS, SOURCES, STEPS, shapley_shares
 from validation.separation.ensemble import LEVEL, range_of, separate_each
-from validation.separation.rig_calibration import PARAMETERS, RigCalibration, parameters_of, with_parameters
+from validation.separation.posterior import quantiles
+from validation.separation.priors import METAL_TEST, PRIORS, stated_values
+from validation.separation.rig_calibration import LEVELS, MISFIT, RigCalibration
 from validation.separation.sensitivity import Sensitivities, sensitivities
 
 SHARES = {"width_deg": "width_share", "area": "area_share", "dissipated_mJ": "share"}
 """Quantities that are divided, with the name of their shares: ``share`` is that of the energy, which every loop has."""
+NUMBERS = tuple(name for pair in SHARES.items() for name in pair)
+"""Numbers of a part that have an interval."""
 CLOSES_PERCENT, RIGID_PERCENT = 1.0, 0.1
 MOVING = 0.02
 """Change of a share from a tenfold EA, over the largest share, of which the result warns."""
 UNLIKE = 0.1  # of the range of the angle: more than that is left by a rig that is not that of the record
-MISFIT = 2.0  # of what the rig leaves over the noise
+LAW = "law"
+"""Name of the law of the metal among the numbers that a share depends on: 1 is the flag."""
 SHOWN = 6
 """Constants whose sensitivity a terminal shows, the strongest; ``separate.json`` has all."""
-_STEP = 1e-3  # of finite differences, in units of a parameter's scale
 
 OBSERVABLE = {
     "all": SETS[-1],
@@ -59,6 +65,19 @@ inextensible tendons the wheel prescribes the angle, and there is no loop to fit
 
 STEPS_OF_RIG = 2 + len(OBSERVABLE)
 STEPS_OF_RECORDS = 1 + STEPS_OF_RIG
+
+
+@dataclass(frozen=True, eq=False)
+class Draws:
+    """Parts of the loops of rigs drawn from a posterior, with their weights, which add up to 1.
+
+    ``tables`` has shape (n, parts, :data:`NUMBERS`), ``weights`` (n,).
+    """
+
+    rigs: tuple[Rig, ...]
+    tables: Floats
+    weights: Floats
+
 
 Report = Callable[[str], None]
 """Called with the name of a step that begins."""
@@ -138,7 +157,7 @@ def separate_records(
     for record in records:
         rig_of(record)
     report("calibrating the rig")
-    calibrated = calibrate_rig(records)
+    calibrated = calibrate_rig(records, seed=seed)
     drive = records[0].drive
     program = loop_program(min(0.0, float(drive.min())), float(drive.max()))
     report("loops with and without each source")
@@ -146,17 +165,90 @@ def separate_records(
     result = _result(calibrated.rig, program, found, "chain", _laws(found, seed, report))
     report("sensitivities and intervals")
     result = _with_sensitivity(result, sensitivities(calibrated.rig, program))
-    half = _half_intervals(calibrated, program, found)
+    draws = divided_draws(calibrated, program, found)
     unseparated = tuple(f"not separated by these records: {words}" for words in calibrated.inseparable)
     unlike = _unlike(calibrated, max(float(np.ptp(record.angle_deg)) for record in records))
     return replace(
         result,
-        contributions={name: _with_intervals(part, half[name]) for name, part in result.contributions.items()},
-        calibration=_calibration(calibrated),
+        contributions=parts_with_intervals(found, draws),
+        calibration=replace(_calibration(calibrated), to_measure=to_measure(found, draws)),
         measured=_measured(records[0]),
         warnings=result.warnings + calibrated.notes + unlike + unseparated,
         records=tuple(record.source for record in records if record.source),
     )
+
+
+def divided_draws(calibrated: RigCalibration, program: LoadProgram, found: Contributions) -> Draws:
+    """Divide the loop of every rig drawn from the posterior; those that cannot follow the drive are left out.
+
+    What the steps of a loop change in its parts is nearly the same in all of these rigs. Longer steps are enough for
+    their differences from the best rig, whose division with short ones is ``found``.
+    """
+    coarse = loop_program(float(program.drive_mm.min()), float(program.drive_mm.max()), cycles=1, steps=STEPS // 2)
+    best, exact = (_table(one) for one in (separate(calibrated.rig, coarse, softer=found.softer), found))
+    rigs, tables, weights = [], [], []
+    for rig, weight in zip(calibrated.rigs, calibrated.weights.tolist(), strict=True):
+        try:
+            tables.append(exact + _table(separate(rig, coarse, softer=found.softer)) - best)
+        except (RigError, SolverError):
+            continue
+        rigs.append(rig)
+        weights.append(weight)
+    return Draws(tuple(rigs), np.array(tables), np.array(weights) / sum(weights))
+
+
+def _table(found: Contributions) -> Floats:
+    """Parts of a loop, shape (parts, numbers); NaN where there is no such loop."""
+    return np.array(
+        [
+            [math.nan if (value := getattr(part, name)) is None else value for name in NUMBERS]
+            for part in _parts(found).values()
+        ]
+    )
+
+
+def parts_with_intervals(found: Contributions, draws: Draws) -> dict[str, Contribution]:
+    """Parts of the best rig's loop with 95 % intervals, which reach to the value."""
+
+    def interval(value: float | None, drawn: Floats) -> Interval | None:
+        if value is None or not np.isfinite(drawn).all():
+            return None
+        low, high = quantiles(drawn, draws.weights, LEVELS)
+        return min(low, value), max(high, value)
+
+    return {
+        part: replace(
+            one,
+            intervals={name: interval(getattr(one, name), draws.tables[:, i, j]) for j, name in enumerate(NUMBERS)},
+        )
+        for i, (part, one) in enumerate(_parts(found).items())
+    }
+
+
+def to_measure(found: Contributions, draws: Draws) -> tuple[ToMeasure, ...]:
+    """Name the parameter of each source that its energy share depends on most, over the draws.
+
+    It explains the square of its correlation with the share. Where the draws have two laws, the law is one of them.
+    """
+    known = [stated_values(rig) | {LAW: float(rig.superelastic is not None)} for rig in draws.rigs]
+    names = [name for name in known[0] if all(name in one for one in known)]
+    column, rows = NUMBERS.index("share"), list(_parts(found))
+    out = []
+    for source in SOURCES:
+        share = draws.tables[:, rows.index(source), column]
+        squares = {name: _explained([one[name] for one in known], share, draws.weights) for name in names}
+        most = max(squares, key=lambda name: squares[name])
+        if squares[most] > 0:
+            how = METAL_TEST if most == LAW else PRIORS[most].how
+            out.append(ToMeasure(part=source, parameter=most, explains=squares[most], how=how))
+    return tuple(out)
+
+
+def _explained(values: Sequence[float], share: Floats, weights: Floats) -> float:
+    """Square of the correlation of a number with a share, shapes (n,); 0 where one of them does not vary."""
+    x, y = (one - weights @ one for one in (np.asarray(values), share))
+    spread = float(weights @ x**2) * float(weights @ y**2)
+    return float((weights @ (x * y)) ** 2 / spread) if spread > 0 else 0.0
 
 
 def _unlike(found: RigCalibration, range_deg: float) -> tuple[str, ...]:
@@ -173,15 +265,6 @@ def _unlike(found: RigCalibration, range_deg: float) -> tuple[str, ...]:
             "wider; notchbend trace says what it may be",
         )
     return ()
-
-
-def _with_intervals(part: Contribution, half: Mapping[str, float]) -> Contribution:
-    """Add the intervals of a part's numbers, given half their widths."""
-    intervals: dict[str, Interval | None] = {}
-    for name, width in half.items():
-        value = getattr(part, name)
-        intervals[name] = None if value is None or not math.isfinite(width) else (value - width, value + width)
-    return replace(part, intervals=intervals)
 
 
 def _result(
@@ -267,27 +350,6 @@ def _warnings(found: Contributions) -> list[str]:
     return words
 
 
-def _half_intervals(
-    calibrated: RigCalibration, program: LoadProgram, found: Contributions
-) -> dict[str, dict[str, float]]:
-    """Half widths of the intervals of all numbers, by part: the covariance propagated by finite differences."""
-    names = [name for pair in SHARES.items() for name in pair]
-
-    at_parts = _parts(found)
-
-    def table(parts: Mapping[str, Contribution]) -> Floats:
-        return np.array([[math.nan if (v := getattr(parts[p], n)) is None else v for p in at_parts] for n in names])
-
-    here = np.array(list(parameters_of(calibrated.rig).values()))
-    at, gradient = table(at_parts), []
-    for i, parameter in enumerate(PARAMETERS.values()):
-        step = _STEP * parameter.scale * (1 if here[i] + parameter.scale < parameter.high else -1)
-        moved = with_parameters(calibrated.rig, here + step * np.eye(here.size)[i])
-        gradient.append((table(_parts(separate(moved, program, softer=found.softer))) - at) / step)
-    half = calibrated.quantile * np.sqrt(np.einsum("inp,ij,jnp->np", gradient, calibrated.covariance, gradient))
-    return {part: dict(zip(names, column, strict=True)) for part, column in zip(at_parts, half.T.tolist(), strict=True)}
-
-
 def _calibration(found: RigCalibration) -> Calibration:
     return Calibration(
         parameters=found.parameters,
@@ -297,6 +359,8 @@ def _calibration(found: RigCalibration) -> Calibration:
         correlations=found.correlations,
         not_separated=found.inseparable,
         next_experiments=tuple(NextExperiment(**vars(e)) for e in found.experiments),
+        laws=found.laws,
+        effective_draws=found.effective_draws,
     )
 
 
@@ -324,6 +388,12 @@ def summary(result: Separation) -> list[str]:
         lines.append(f"calibrated rig: {found.rmse_deg:.3g} deg rmse, condition number {found.condition:.3g}")
         for name, c in found.parameters.items():
             lines.append(f"  {name} {c}")
+        lines += [f"law of the metal: {name}, {100 * odds:.3g} %" for name, odds in (found.laws or {}).items()]
+        lines += [
+            f"energy of {one.part.replace('_', ' ')}: {100 * one.explains:.0f} % of what is open depends on "
+            f"{one.parameter}: {one.how}"
+            for one in found.to_measure
+        ]
         for e in found.next_experiments[:2]:
             lines.append(
                 f"next experiment: {e.what} ({e.preload_N:.3g} N, {e.amplitude_mm:.3g} mm): information gain "

@@ -94,8 +94,26 @@ class NextExperiment:
 
 
 @dataclass(frozen=True, kw_only=True)
+class ToMeasure:
+    """The parameter that the share of a part depends on most, within what the records leave open.
+
+    ``explains`` is the part of the variance of the energy share that is gone once the parameter is known, and ``how``
+    says how to measure it by itself.
+    """
+
+    part: str
+    parameter: str = named("constant")
+    explains: float
+    how: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class Calibration:
-    """Parameters of the rig fitted to the records; ``not_separated`` says which ones the records do not separate."""
+    """Parameters of the rig fitted to the records; ``not_separated`` says which ones the records do not separate.
+
+    ``laws`` has the probability of each law of the metal, ``effective_draws`` how many independent rigs the intervals
+    rest on, and ``to_measure`` what would narrow the energy shares.
+    """
 
     parameters: Mapping[str, Parameter] = named("constants")
     rmse_deg: float
@@ -104,6 +122,9 @@ class Calibration:
     not_separated: tuple[str, ...]
     next_experiments: tuple[NextExperiment, ...]
     noise_deg: float | None = None
+    laws: Mapping[str, float] | None = optional()
+    effective_draws: float | None = optional()
+    to_measure: tuple[ToMeasure, ...] = ()
 
 
 @dataclass(frozen=True)

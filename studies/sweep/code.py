@@ -29,6 +29,8 @@ FILES = (
     "validation/__init__.py",
     "validation/separation/__init__.py",
     "validation/separation/contributions.py",
+    "validation/separation/posterior.py",
+    "validation/separation/priors.py",
     "validation/separation/rig_calibration.py",
     "studies/__init__.py",
     "studies/engines.py",

@@ -16,7 +16,17 @@ from scipy.stats import t as student
 from hysteresis import Record
 from hysteresis.arrays import Floats
 from validation.measured.tendon_rig import Run, TendonRig, bending_of_tension, run_of_stroke
-from validation.separation.rig_calibration import ParameterRange
+
+
+@dataclass(frozen=True)
+class ParameterRange:
+    """Unit and bounds of a fitted parameter; its scale makes parameters comparable."""
+
+    unit: str
+    low: float
+    high: float
+    scale: float
+
 
 RELATIONS = ("stroke to tension", "tension to bending", "stroke to bending")
 PARAMETERS: Mapping[str, ParameterRange] = {

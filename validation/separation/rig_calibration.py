@@ -1,22 +1,21 @@
-"""Calibrate a known rig on its measured loops: least squares with the chain, and identifiability of the parameters.
+"""Calibrate a known rig on its measured loops: the posterior of its numbers, and what the records say of them.
 
-The fitted parameters (:data:`PARAMETERS`) are sheath and capstan friction, share and slip angle of the material loop,
-and stiffness and toe region of the tendons. The zero of the angle is free. The rest of the rig stays as given.
+Fitted are all numbers of :data:`validation.separation.priors.PRIORS`, those that no drawing has (friction, loop of the
+material, toe region) and those that differ from the drawing by tolerances (arm, depth of the notches, modulus, free
+length), under each law that the metal may have. The zero of the angle is free. The rest of the rig stays as given.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
-from scipy.optimize import OptimizeResult, least_squares
-from scipy.stats import chi2
-from scipy.stats import t as student
 
-from fem_models.chain import simulate_chain
+from fem_models.chain import simulate_chain, solve_chain
+from fem_models.chain.along import line_along, moved_along, moved_run, moved_series, taped_run
 from fem_models.chain.solve import chain_angle_deg
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
@@ -30,56 +29,42 @@ from hysteresis.records.path import branches, require_reversal
 from hysteresis.records.record import RecordError
 from hysteresis.sensors.readings import Cleaned, cleaned, sensor_notes
 from validation.separation.contributions import loop_program
+from validation.separation.posterior import (
+    Optimum,
+    Sample,
+    about,
+    effective,
+    flattened,
+    optimum,
+    quantiles,
+    sampled,
+    weights_of,
+)
+from validation.separation.priors import LOOP, PRIORS, Law, laws_of
 
 SAMPLES = 300
 """Samples of a record that the fit keeps. The mechanics is quasi-static: only the reversals are indispensable."""
+DRAWS = 48
+"""Rigs that are drawn from the posterior, of all laws and optima together."""
+ENOUGH = 20.0
+"""Effective number of draws: with fewer there is a second round, and with fewer still the weights are flattened."""
 CORRELATED = 0.95
 """Magnitude of the correlation above which two parameters are reported as inseparable."""
+MISFIT = 2.0
+"""What the rig leaves over the noise, from which on the result warns, and draws are not refined."""
+LEVELS = (0.025, 0.975)
+_STEP = 1e-3  # of finite differences of z
+_FAILED = 1e3  # residual where no rig has these numbers or follows the drive: far from any posterior
 _AT_REST = 0.05  # share of the drive's range: a record that begins this close to zero begins from rest
-_STEP = 1e-3  # of finite differences, in scales of the parameters
-_MOST_CALLS = 60
 _OTHER_LOOPS = (0.5, 1.0, 2.0)  # slip angles over that of the rig, from which the fit starts again
 _LEAST_NOISE = 1e-6  # of the range of the angle: less comes from a simulation
-
-
-@dataclass(frozen=True)
-class ParameterRange:
-    """Unit and bounds of a fitted parameter; its scale makes parameters comparable."""
-
-    unit: str
-    low: float
-    high: float
-    scale: float
-
-
-PARAMETERS = {
-    "sheath_N": ParameterRange("N", 0.0, 20.0, 1.0),
-    "capstan_coefficient": ParameterRange("-", 0.0, 1.0, 0.05),
-    "loop_share": ParameterRange("-", 0.0, 0.9, 0.2),
-    "loop_angle_deg": ParameterRange("deg", 0.2, 10.0, 1.0),
-    "EA_N": ParameterRange("N", 500.0, 300_000.0, 5_000.0),
-    "toe_N": ParameterRange("N", 0.0, 300.0, 20.0),
-}
-
-
-def parameters_of(rig: Rig) -> dict[str, float]:
-    """Values of :data:`PARAMETERS` in a rig; tendon a stands for both."""
-    dry, material, tendon = rig.friction, rig.material, rig.tendon_a
-    values = (dry.sheath_N, dry.capstan_coefficient, material.loop_share, material.loop_angle_deg)
-    return dict(zip(PARAMETERS, (*values, tendon.EA_N, tendon.toe_N), strict=True))
-
-
-def with_parameters(rig: Rig, values: Sequence[float] | Floats) -> Rig:
-    """Replace the values of :data:`PARAMETERS`, in that order; both tendons get the same."""
-    sheath, mu, share, angle, EA, toe = (float(v) for v in values)
-    tendons = [replace(tendon, EA_N=EA, toe_N=toe) for tendon in rig.tendons]
-    return replace(
-        rig,
-        friction=replace(rig.friction, sheath_N=sheath, capstan_coefficient=mu),
-        material=replace(rig.material, loop_share=share, loop_angle_deg=angle),
-        tendon_a=tendons[0],
-        tendon_b=tendons[1] if len(tendons) == 2 else None,
-    )
+_HOPELESS = 4.0  # times the sum of squares of another law: twice its misfit
+_FAR = 60.0  # sum of squares above the least: odds of exp(-30)
+_LEAST_ODDS = 0.005  # of a law or an optimum: one that is less likely has a third of a draw
+_ROUNDS = 2  # of draws
+_LEAST_DRAWS = 6  # of a law or an optimum that counts
+_NEAR_PLATEAU = 0.7  # of the lowest plateau: a metal that is stressed less is linear, whatever its tolerances
+_ALIKE = 1.0  # standard deviations between two optima that are the same
 
 
 @dataclass(frozen=True)
@@ -103,23 +88,25 @@ class Experiment:
 
 @dataclass(frozen=True, eq=False)
 class RigCalibration:
-    """Fitted parameters of a rig.
+    """Posterior of a rig, with its best rig.
 
     Parameters
     ----------
+    rig
+        At the best optimum of the likeliest law, with the preload of the first record.
     parameters
-        Values with 95 % intervals.
-    covariance
-        Shape (6, 6), in the parameters' units.
-    quantile
-        Half width of an interval over the standard deviation.
+        Values of that rig, with 95 % intervals under its law.
+    rigs, weights
+        Rigs drawn from the posterior, of all laws, with weights of shape (n,) that add up to 1.
+    laws
+        Probability of each law of the metal.
     noise_deg
-        Of the angle, from cycles that repeat or from neighbouring samples. Intervals are
-        wider by :attr:`misfit` where that is more than 1.
+        Of the angle, from cycles that repeat or from neighbouring samples. All intervals are wider by :attr:`misfit`
+        where that is more than 1.
     notes
         What was taken out of the records before the fit.
     condition
-        Condition number of the Jacobian with columns scaled to length 1.
+        Condition number of the Jacobian of records and prior, with columns scaled to length 1.
     correlations
         By pair of parameters.
     inseparable
@@ -130,8 +117,9 @@ class RigCalibration:
 
     rig: Rig
     parameters: dict[str, Parameter]
-    covariance: Floats
-    quantile: float
+    rigs: tuple[Rig, ...]
+    weights: Floats
+    laws: dict[str, float]
     rmse_deg: float
     noise_deg: float
     condition: float
@@ -145,6 +133,11 @@ class RigCalibration:
         """Residual of the rig over the noise."""
         return self.rmse_deg / self.noise_deg
 
+    @property
+    def effective_draws(self) -> float:
+        """Effective number of :attr:`rigs`."""
+        return effective(self.weights)
+
 
 @dataclass(frozen=True)
 class _Loop:
@@ -156,13 +149,75 @@ class _Loop:
     angle_deg: Floats
     read: Mask
 
-    def residual(self, values: Floats) -> Floats:
-        angle = chain_angle_deg(with_parameters(self.rig, values), self.program)[self.skip :]
-        difference = (angle - self.angle_deg)[self.read]
-        return np.asarray(difference - difference.mean())  # the zero of the angle is free
+    def residual_deg(self, angle_deg: Floats) -> Floats:
+        """Difference of an angle of the whole program from the readings; the zero of the angle is free."""
+        difference = (angle_deg[self.skip :] - self.angle_deg)[self.read]
+        return np.asarray(difference - difference.mean())
 
 
-def calibrate_rig(records: Sequence[Record]) -> RigCalibration:
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    """Loops under a law of the metal, with the standard deviation of their angles."""
+
+    law: Law
+    loops: tuple[_Loop, ...]
+    sigma_deg: float
+
+    def residual(self, z: Floats) -> Floats:
+        """Residuals over their standard deviation, and z below them: the prior. Shape (m + p,)."""
+        try:
+            angles = [chain_angle_deg(self.law.rig_at(z, loop.rig), loop.program) for loop in self.loops]
+        except (SolverError, RigError):  # no equilibrium with these values: the large residual shortens the step
+            return np.concatenate([np.full(int(loop.read.sum()), _FAILED) for loop in self.loops] + [z])
+        rows = [loop.residual_deg(angle) / self.sigma_deg for loop, angle in zip(self.loops, angles, strict=True)]
+        return np.concatenate([*rows, z])
+
+    def columns(self, z: Floats) -> Floats:
+        """Jacobian of the residual, shape (m + p, p), by rigs that are moved along the steps of the rig."""
+        rows = [self._columns_of(loop, z) / self.sigma_deg for loop in self.loops]
+        return np.vstack([*rows, np.eye(z.size)])
+
+    def _columns_of(self, loop: _Loop, z: Floats) -> Floats:
+        found = np.zeros((int(loop.read.sum()), z.size))
+        try:
+            base = taped_run(self.law.rig_at(z, loop.rig), loop.program)
+            line, here = line_along(base), loop.residual_deg(base.series.angle_deg)
+        except (SolverError, RigError):
+            return found
+        for i, step in enumerate(np.eye(z.size) * _STEP):
+            try:
+                moved = moved_run(base, self.law.rig_at(z + step, loop.rig), loop.program)
+                angle = moved_series(base, moved, moved_along(line, moved)).angle_deg
+            except (SolverError, RigError):
+                continue
+            found[:, i] = (loop.residual_deg(angle) - here) / _STEP
+        return found
+
+    def residual_deg(self, found: Optimum) -> Floats:
+        """Residual of the records at an optimum, shape (m,)."""
+        return found.residual[: -found.z.size] * self.sigma_deg
+
+
+@dataclass(frozen=True, eq=False)
+class _Mode:
+    """An optimum with its problem."""
+
+    problem: _Problem
+    best: Optimum
+
+    @property
+    def square(self) -> float:
+        """Sum of squares of records and prior."""
+        return self.best.square
+
+    def is_like(self, other: _Mode) -> bool:
+        """Whether two optima of a law are the same."""
+        if self.problem.law is not other.problem.law:
+            return False
+        return bool(np.linalg.norm(self.best.columns @ (other.best.z - self.best.z)) <= _ALIKE)
+
+
+def calibrate_rig(records: Sequence[Record], *, seed: int = 0) -> RigCalibration:
     """Fit the parameters of a known rig jointly to its records; each record gives its own preload.
 
     Raises
@@ -173,47 +228,93 @@ def calibrate_rig(records: Sequence[Record]) -> RigCalibration:
         The rig is invalid, cannot follow its record, or needs times or cycles.
     """
     sensed = [cleaned(record) for record in records]
-    loops = [_loop(one) for one in sensed]
+    loops = tuple(_loop(one) for one in sensed)
     noise_deg = _noise_deg([one.record for one in sensed])
-    scales = np.array([c.scale for c in PARAMETERS.values()])
-    low, high = (np.array([getattr(c, end) for c in PARAMETERS.values()]) / scales for end in ("low", "high"))
-
-    def residual(x: Floats) -> Floats:
-        try:
-            return np.concatenate([loop.residual(x * scales) for loop in loops])
-        except SolverError:  # no equilibrium with these values: the large residual shortens the step
-            return np.full(sum(int(loop.read.sum()) for loop in loops), 1e3)
-
-    start = np.array(list(parameters_of(loops[0].rig).values())) / scales
-    start = np.clip(start, np.maximum(low, 0.1), 0.9 * high)  # friction of 0 has a vanishing derivative
-
-    def fitted(x: Floats) -> OptimizeResult:
-        return least_squares(residual, x, bounds=(low, high), diff_step=_STEP, max_nfev=_MOST_CALLS, x_scale="jac")
-
-    fits = [fitted(start)]
-    loop = [list(PARAMETERS).index(name) for name in ("loop_share", "loop_angle_deg")]
-    for factor in _OTHER_LOOPS:  # a loop of the material may be several optima away
-        other = min(fits, key=_cost).x.copy()
-        other[loop] = np.clip([start[loop[0]], factor * start[loop[1]]], low[loop], high[loop])
-        fits.append(fitted(other))
-    fit, *others = sorted(fits, key=_cost)
-    optima = [(one.x - fit.x, 2 * _cost(one) - 2 * _cost(fit)) for one in others]
-    columns = jacobian(residual, fit.x, high)
-    found = _calibration(loops, fit.x, scales, (fit.fun, columns), noise_deg, optima)
-    return replace(found, notes=sensor_notes(sensed))
+    laws = _possible(_laws(records[0], loops[0].rig), loops)
+    found = _optima([_Problem(law, loops, noise_deg) for law in laws])
+    sigma_deg = _sigma_deg(found[0], noise_deg)
+    scale = (sigma_deg / noise_deg) ** 2
+    close = [mode for mode in found if mode.square - found[0].square <= _FAR * scale]
+    modes = _distinct([_refitted(mode, sigma_deg) for mode in close])
+    return replace(_calibration(modes, noise_deg, seed), notes=sensor_notes(sensed))
 
 
-def _cost(fit: OptimizeResult) -> float:
-    return float(fit.cost)
+def _laws(record: Record, rig: Rig) -> tuple[Law, ...]:
+    try:
+        return laws_of(rig, record.rig.get("tolerance"))
+    except RigError as error:
+        raise RigError(f"{record.source or record.title or 'record'}: {error}") from None
 
 
-def jacobian(residual: Callable[[Floats], Floats], x: Floats, high: Floats) -> Floats:
-    """Differentiate a function (p,) -> (m,) at x by finite differences below ``high``; shape (m, p)."""
-    at, columns = residual(x), []
-    for i in range(x.size):
-        step = _STEP * max(1.0, abs(x[i])) * (1.0 if x[i] + 2 * _STEP * max(1.0, abs(x[i])) < high[i] else -1.0)
-        columns.append((residual(x + step * np.eye(x.size)[i]) - at) / step)
-    return np.column_stack(columns)
+def _optima(problems: Sequence[_Problem]) -> list[_Mode]:
+    """Optima of all laws that are not the same, the likeliest first.
+
+    A fit begins with the stated rig, and again with other loops of the material, which may be several optima away; not
+    where another law leaves far less.
+    """
+    found = [_Mode(one, optimum(one, np.zeros(len(one.law.coordinates)))) for one in problems]
+    least = min(mode.square for mode in found)
+    for problem, first in zip(problems, tuple(found), strict=True):
+        names = list(problem.law.coordinates)
+        if first.square > _HOPELESS * least or not all(name in names for name in LOOP):
+            continue
+        share, angle = (names.index(name) for name in LOOP)
+        best = first
+        for factor in _OTHER_LOOPS:
+            start = best.best.z.copy()
+            start[share], start[angle] = 0.0, math.log(factor) / problem.law.coordinates[LOOP[1]].spread
+            other = _Mode(problem, optimum(problem, start))
+            best = min(best, other, key=lambda mode: mode.square)
+            found.append(other)
+    return _without_repetition(found)
+
+
+def _without_repetition(modes: Sequence[_Mode]) -> list[_Mode]:
+    kept: list[_Mode] = []
+    for mode in sorted(modes, key=lambda mode: -mode.best.log_evidence):
+        if not any(one.is_like(mode) for one in kept):
+            kept.append(mode)
+    return kept
+
+
+def _refitted(mode: _Mode, sigma_deg: float) -> _Mode:
+    problem = replace(mode.problem, sigma_deg=sigma_deg)
+    return _Mode(problem, optimum(problem, mode.best.z))
+
+
+def _distinct(modes: Sequence[_Mode]) -> list[_Mode]:
+    """Optima without repetition, the likeliest first, and without those that do not count."""
+    kept = _without_repetition(modes)
+    top = kept[0].best.log_evidence
+    return [mode for mode in kept if mode.best.log_evidence > top + math.log(_LEAST_ODDS)]
+
+
+def _possible(laws: tuple[Law, ...], loops: Sequence[_Loop]) -> tuple[Law, ...]:
+    """Leave out the flag where the stated metal stays below the lowest plateau: it is then a linear metal."""
+    stated = laws[0]
+    if len(laws) == 1:
+        return laws
+    plateau = laws[1].coordinates["plateau_MPa"].at(-3.0)
+    try:
+        strain = max(float(np.abs(solve_chain(loop.rig, loop.program).peak_strain).max()) for loop in loops)
+    except (SolverError, RigError):
+        return laws
+    stress = 1e3 * loops[0].rig.material.youngs_modulus_GPa * strain
+    return laws if stress > _NEAR_PLATEAU * plateau else (stated,)
+
+
+def _sigma_deg(mode: _Mode, noise_deg: float) -> float:
+    """Give the standard deviation of residuals, as if they were independent.
+
+    Autocorrelated residuals (first order) count as fewer samples, and those beyond the noise widen all intervals.
+    """
+    residual = mode.problem.residual_deg(mode.best)
+    m, p = residual.size, mode.best.z.size
+    r = max(0.0, float(residual[1:] @ residual[:-1]) / max(float(residual @ residual), 1e-300))
+    of_each = m / max(1.0, m * (1 - r) / (1 + r))
+    rmse_deg = math.sqrt(float(residual @ residual) / m)
+    unbiased = math.sqrt(float(residual @ residual) / max(1, m - p))
+    return max(unbiased, 1e-3 * noise_deg) * math.sqrt(of_each) * max(1.0, rmse_deg / noise_deg)
 
 
 def _noise_deg(records: Sequence[Record]) -> float:
@@ -249,57 +350,88 @@ def _loop(sensed: Cleaned) -> _Loop:
     return loop
 
 
-def _calibration(
-    loops: list[_Loop],
-    x: Floats,
-    scales: Floats,
-    fit: tuple[Floats, Floats],
-    noise_deg: float,
-    optima: Sequence[tuple[Floats, float]],
-) -> RigCalibration:
-    """Covariance, correlations and advice from the residual and the Jacobian of a fit.
-
-    Autocorrelated residuals (first order) count as fewer samples, and those beyond the noise widen all intervals. So
-    does another optimum, given by its distance and its sum of squares above the best one's, that lies in the joint
-    95 % region of a likelihood ratio (Seber and Wild 1989, section 5.3): intervals reach it.
-    """
-    residual, columns = fit
-    m, p = columns.shape
-    r = max(0.0, float(residual[1:] @ residual[:-1]) / max(float(residual @ residual), 1e-300))
-    effective = max(1.0, m * (1 - r) / (1 + r))
-    variance = float(residual @ residual) / max(1, m - p) * m / effective
-    norms = np.linalg.norm(columns, axis=0)
-    norms = np.maximum(norms, 1e-9 * norms.max())  # a parameter without influence has next to no information
-    _, singular, basis = np.linalg.svd(columns / norms, full_matrices=False)
-    singular = np.maximum(singular, 1e-9 * singular[0])
-    unit = (basis.T / singular**2) @ basis / np.outer(norms, norms)
-    rmse_deg = float(np.sqrt(np.mean(residual**2)))
-    widened = variance * max(1.0, rmse_deg / noise_deg) ** 2
-    quantile = float(student.ppf(0.975, max(1, m - p)))
-    alike = [step for step, above in optima if above <= widened * float(chi2.ppf(0.95, p))]
-    scaled = widened * unit + sum((np.outer(step, step) / quantile**2 for step in alike), np.zeros((p, p)))
-    names, half = list(PARAMETERS), quantile * np.sqrt(np.diag(scaled)) * scales
-    correlation = unit / np.sqrt(np.outer(np.diag(unit), np.diag(unit)))
-    pairs = {f"{names[i]} ~ {names[j]}": float(correlation[i, j]) for i, j in combinations(range(p), 2)}
-    parameters = {
-        name: Parameter(float(v), max(c.low, float(v - h)), min(c.high, float(v + h)), c.unit)
-        for (name, c), v, h in zip(PARAMETERS.items(), x * scales, half, strict=True)
-    }
+def _calibration(modes: Sequence[_Mode], noise_deg: float, seed: int) -> RigCalibration:
+    """Draw rigs from the posterior, and say what the records say of each number."""
+    first = modes[0]
+    law, best, loops = first.problem.law, first.best, first.problem.loops
+    residual = first.problem.residual_deg(best)
+    rmse_deg = math.sqrt(float(residual @ residual) / residual.size)
+    drawn = _drawn(modes, seed, rounds=1 if rmse_deg > MISFIT * noise_deg else _ROUNDS)
+    weights = flattened([one.log_weight for one in drawn], ENOUGH)
+    pairs, condition = _correlations(list(law.coordinates), best.columns)
+    parameters = _parameters(law, best.z, drawn, weights)
     return RigCalibration(
-        rig=with_parameters(loops[0].rig, x * scales),
+        rig=law.rig_at(best.z, loops[0].rig),
         parameters=parameters,
-        covariance=scaled * np.outer(scales, scales),
-        quantile=quantile,
+        rigs=tuple(one.law.rig_at(one.z, loops[0].rig) for one in drawn),
+        weights=weights,
+        laws=_of_laws(drawn, weights),
         rmse_deg=rmse_deg,
         noise_deg=noise_deg,
-        condition=float(singular[0] / singular[-1]),
+        condition=condition,
         correlations=pairs,
         inseparable=_inseparable(parameters, pairs),
-        experiments=_experiments(loops[0], x, scales, columns, max(variance, 1e-12)),
+        experiments=_experiments(first),
     )
 
 
-def _inseparable(parameters: dict[str, Parameter], pairs: dict[str, float]) -> tuple[str, ...]:
+@dataclass(frozen=True, eq=False)
+class _Drawn:
+    """A rig drawn from the posterior: its law, its coordinates, and the logarithm of its weight."""
+
+    law: Law
+    z: Floats
+    log_weight: float
+
+
+def _drawn(modes: Sequence[_Mode], seed: int, rounds: int) -> list[_Drawn]:
+    """Draw rigs about all optima, in proportion to their evidence; again where the first ones weigh unevenly."""
+    odds, rng = weights_of([mode.best.log_evidence for mode in modes]), np.random.default_rng([seed, 56])
+    of_modes: list[list[Sample]] = [[] for _ in modes]
+    for _ in range(rounds):
+        for mode, share, kept in zip(modes, odds.tolist(), of_modes, strict=True):
+            count = max(_LEAST_DRAWS, round(share * DRAWS))
+            draws = sampled(mode.problem, mode.best, count, rng)
+            kept += draws if len(draws) >= _LEAST_DRAWS else about(mode.best, count, rng)
+        found = [
+            _Drawn(mode.problem.law, one.z, one.log_weight - math.log(len(kept)))
+            for mode, kept in zip(modes, of_modes, strict=True)
+            for one in kept
+        ]
+        if effective(weights_of([one.log_weight for one in found])) >= ENOUGH:
+            break
+    return found
+
+
+def _of_laws(drawn: Sequence[_Drawn], weights: Floats) -> dict[str, float]:
+    names = list(dict.fromkeys(one.law.name for one in drawn))
+    return {
+        name: float(sum(w for one, w in zip(drawn, weights, strict=True) if one.law.name == name)) for name in names
+    }
+
+
+def _parameters(law: Law, z: Floats, drawn: Sequence[_Drawn], weights: Floats) -> dict[str, Parameter]:
+    """Values at z, with the 95 % intervals of the draws of its law, which reach to the value."""
+    own = [k for k, one in enumerate(drawn) if one.law is law]
+    values, share = [law.values(drawn[k].z) for k in own], weights[own] / weights[own].sum()
+    found = {}
+    for name, value in law.values(z).items():
+        low, high = quantiles([one[name] for one in values], share, LEVELS)
+        found[name] = Parameter(value, min(low, value), max(high, value), PRIORS[name].unit)
+    return found
+
+
+def _correlations(names: Sequence[str], columns: Floats) -> tuple[dict[str, float], float]:
+    """Correlations of the parameters by pair, and the condition number of the Jacobian with columns of length 1."""
+    norms = np.linalg.norm(columns, axis=0)
+    _, singular, basis = np.linalg.svd(columns / norms, full_matrices=False)
+    unit = (basis.T / singular**2) @ basis / np.outer(norms, norms)
+    correlation = unit / np.sqrt(np.outer(np.diag(unit), np.diag(unit)))
+    pairs = {f"{names[i]} ~ {names[j]}": float(correlation[i, j]) for i, j in combinations(range(len(names)), 2)}
+    return pairs, float(singular[0] / singular[-1])
+
+
+def _inseparable(parameters: Mapping[str, Parameter], pairs: Mapping[str, float]) -> tuple[str, ...]:
     sentences = [
         f"{pair.replace(' ~ ', ' and ')}: correlation {r:+.3f}, identified only in combination"
         for pair, r in sorted(pairs.items(), key=lambda item: -abs(item[1]))
@@ -314,25 +446,24 @@ def _inseparable(parameters: dict[str, Parameter], pairs: dict[str, float]) -> t
     return tuple(sentences)
 
 
-def _experiments(loop: _Loop, x: Floats, scales: Floats, columns: Floats, variance: float) -> tuple[Experiment, ...]:
+def _experiments(mode: _Mode) -> tuple[Experiment, ...]:
     """Information gain of a further loop at other preloads and amplitudes, simulated with the fitted parameters."""
-    weak = np.eye(x.size) * 1e-4  # prior of 100 scales, for what the records do not identify
-    known = columns.T @ columns / variance + weak
-    drive, preload = loop.program.drive_mm, loop.rig.preload_N
+    problem, z, loop = mode.problem, mode.best.z, mode.problem.loops[0]
+    known = mode.best.columns.T @ mode.best.columns
+    drive, preload, records = loop.program.drive_mm, loop.rig.preload_N, len(problem.loops)
     low, high = float(drive.min()), float(drive.max())
-    limits = np.array([c.high for c in PARAMETERS.values()]) / scales
-    before, names, found = np.sqrt(np.diag(np.linalg.inv(known))), list(PARAMETERS), []
+    before, names, found = np.sqrt(np.diag(np.linalg.inv(known))), list(problem.law.coordinates), []
+    samples = mode.best.residual.size - z.size
     for p, a in ((1.0, 1.0), (0.5, 1.0), (2.0, 1.0), (1.0, 0.5), (1.0, 0.25), (0.5, 0.5), (2.0, 0.5)):
         if preload == 0 and p != 1:
             continue
         rig, program = replace(loop.rig, preload_N=p * preload), loop_program(a * low, a * high, cycles=1)
         angles = np.zeros(program.drive_mm.size)
-        other = _Loop(rig, program, 0, angles, angles == 0)
-        try:
-            more = jacobian(lambda y, other=other: other.residual(y * scales), x, limits)  # type: ignore[misc]
-        except (SolverError, RigError):
+        other = replace(problem, loops=(_Loop(rig, program, 0, angles, angles == 0),))
+        more = other.columns(z)[: -z.size]
+        if not more.any():
             continue
-        information = known + more.T @ more / variance * columns.shape[0] / more.shape[0]
+        information = known + more.T @ more * samples / records / more.shape[0]
         gain = 0.5 * float(np.linalg.slogdet(information)[1] - np.linalg.slogdet(known)[1])
         narrower = before / np.sqrt(np.diag(np.linalg.inv(information)))
         i = int(np.argmax(narrower))

@@ -1,0 +1,193 @@
+"""Coverage of the intervals of ``separate`` on records: ``python -m benchmarks.covered_shares COUNT SEED OUT.jsonl``.
+
+Each rig is drawn from the prior about ``du2018``: friction, tendons and loop of the material, arm, depth, modulus, free
+length, and the law of the metal. The chain makes two records of it, at about 20 and 10 N, with each noise. The records
+name ``du2018``, and ``separate`` divides the loop of the first one. A line a rig is kept in the file, so that a score
+that was ended goes on where it stood.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from scipy.stats import beta
+
+from fem_models.chain import simulate_chain
+from fem_models.load import triangle
+from fem_models.rig import Rig, RigError, preset
+from fem_models.rig.checks import SolverError
+from hysteresis import Record
+from hysteresis.arrays import Floats
+from validation.separation import calibrate_rig, loop_program, separate
+from validation.separation.contributions import SOURCES
+from validation.separation.priors import drawn, laws_of
+
+NOISES_DEG = (0.05, 0.2)
+NUMBERS = {"share": "dissipated_mJ", "width_share": "width_deg"}
+"""Shares of energy and of width, and what they are shares of."""
+PRESET, STEP_MM = "du2018", 0.1
+REACHES_MM, HIGH_N, LOW_N = (1.6, 2.2), (18.0, 22.0), (9.0, 11.0)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A rig at the preload of the first record, the law of its metal, and what the chain makes of its two loops."""
+
+    rig: Rig
+    law: str
+    preloads_N: tuple[float, float]
+    drive_mm: Floats
+    angles_deg: tuple[Floats, Floats]
+    shares: dict[str, dict[str, float]]
+    redrawn: int
+
+
+@dataclass(frozen=True)
+class Covered:
+    """What ``separate`` said of a case: for each number and source the true share, the given one and its interval."""
+
+    seed: int
+    number: int
+    noise_deg: float
+    law: str
+    found: dict[str, dict[str, tuple[float, float, float, float]]]
+    laws: dict[str, float]
+    misfit: float
+    effective_draws: float
+    seconds: float
+    redrawn: int
+    refused: str = ""
+
+    def holds(self, number: str, source: str) -> bool:
+        """Whether the interval holds the true share."""
+        true, _, low, high = self.found[number][source]
+        return low <= true <= high
+
+
+def case_of(seed: int, number: int) -> Case:
+    """Draw a rig that follows its drive; those that do not are drawn again."""
+    rng, laws = np.random.default_rng([seed, number]), laws_of(preset(PRESET))
+    preloads = float(rng.uniform(*HIGH_N)), float(rng.uniform(*LOW_N))
+    reach = float(rng.uniform(*REACHES_MM))
+    for redrawn in range(100):
+        law, z = drawn(laws, rng)
+        try:
+            rigs = [law.rig_at(z, replace(preset(PRESET), preload_N=preload)) for preload in preloads]
+            runs = [simulate_chain(rig, triangle(reach, step_mm=STEP_MM, cycles=2)) for rig in rigs]
+            drive = runs[0].drive
+            parts = separate(rigs[0], loop_program(float(drive.min()), float(drive.max())))
+        except (RigError, SolverError):
+            continue
+        shares = {name: parts.shares(quantity) for name, quantity in NUMBERS.items()}
+        true = {name: one for name, one in shares.items() if one is not None}
+        if len(true) == len(NUMBERS):
+            angles = runs[0].angle_deg, runs[1].angle_deg
+            return Case(rigs[0], law.name, preloads, drive, angles, true, redrawn)
+    raise RuntimeError(f"case {number} of seed {seed}: no rig of 100 follows its drive")
+
+
+def records_of(case: Case, noise_deg: float, rng: np.random.Generator) -> list[Record]:
+    """Add noise to both loops, and name the preset in place of the rig."""
+    return [
+        Record(
+            case.drive_mm,
+            angle + rng.normal(0.0, noise_deg, angle.size),
+            rig={"preset": PRESET, "preload_N": preload},
+            source=f"{name}.csv",
+        )
+        for name, angle, preload in zip("ab", case.angles_deg, case.preloads_N, strict=True)
+    ]
+
+
+def covered(case: Case, seed: int, number: int, noise_deg: float) -> Covered:
+    """Divide the records of a case, and compare with the rig that made them."""
+    from studies.commands.separation import divided_draws, parts_with_intervals
+
+    rng = np.random.default_rng([seed, number, round(1000 * noise_deg)])
+    records, began = records_of(case, noise_deg, rng), time.process_time()
+    row = Covered(seed, number, noise_deg, case.law, {}, {}, 0.0, 0.0, 0.0, case.redrawn)
+    try:
+        calibrated = calibrate_rig(records, seed=seed)
+        program = loop_program(float(case.drive_mm.min()), float(case.drive_mm.max()))
+        best = separate(calibrated.rig, program)
+        parts = parts_with_intervals(best, divided_draws(calibrated, program, best))
+    except (RigError, SolverError, ValueError) as error:
+        return replace(row, refused=str(error), seconds=round(time.process_time() - began, 2))
+    found: dict[str, dict[str, tuple[float, float, float, float]]] = {name: {} for name in NUMBERS}
+    for name in NUMBERS:
+        for source in SOURCES:
+            part = parts[source]
+            value, interval = part.share_of(name), part.interval(name)
+            low, high = interval or (-np.inf, np.inf)
+            found[name][source] = (case.shares[name][source], np.nan if value is None else value, low, high)
+    return replace(
+        row,
+        found=found,
+        laws=calibrated.laws,
+        misfit=round(calibrated.misfit, 4),
+        effective_draws=round(calibrated.effective_draws, 1),
+        seconds=round(time.process_time() - began, 2),
+    )
+
+
+def kept(path: Path) -> list[Covered]:
+    """Read the rigs of an earlier score; none where there is no file."""
+    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    return [Covered(**json.loads(line)) for line in lines]
+
+
+def interval_of(held: int, count: int) -> tuple[float, float]:
+    """Exact 95 % interval of a proportion (Clopper and Pearson 1934)."""
+    low = float(beta.ppf(0.025, held, count - held + 1)) if held else 0.0
+    high = float(beta.ppf(0.975, held + 1, count - held)) if held < count else 1.0
+    return low, high
+
+
+def counts(rows: Sequence[Covered], number: str, sources: Sequence[str] = SOURCES) -> tuple[int, int]:
+    """Count the intervals that hold the true share, and all of them."""
+    held = [one.holds(number, source) for one in rows if not one.refused for source in sources]
+    return sum(held), len(held)
+
+
+def _print(rows: Sequence[Covered]) -> None:
+    for noise_deg in NOISES_DEG:
+        own = [one for one in rows if one.noise_deg == noise_deg]
+        refused = sum(bool(one.refused) for one in own)
+        if not own:
+            continue
+        seconds = np.median([one.seconds for one in own])
+        sys.stdout.write(f"noise {noise_deg:g} deg: {len(own)} divisions, {refused} refused, {seconds:.1f} s each\n")
+        for number in NUMBERS:
+            for name, sources in {"all": SOURCES, **{source: (source,) for source in SOURCES}}.items():
+                held, count = counts(own, number, sources)
+                low, high = interval_of(held, count)
+                width = np.median([v[3] - v[2] for one in own if not one.refused for s in sources
+                                   for v in [one.found[number][s]]])  # fmt: skip
+                words = f"{held} of {count}, {100 * held / max(count, 1):.1f} %"
+                sys.stdout.write(f"  {number}, {name}: {words} ({100 * low:.1f} to {100 * high:.1f}), ")
+                sys.stdout.write(f"median width {width:.3f}\n")
+
+
+def main() -> None:
+    """Divide so many rigs of a seed, those that the file does not hold yet, and print the table."""
+    count, seed, path = int(sys.argv[1]), int(sys.argv[2]), Path(sys.argv[3])
+    known = {(one.seed, one.number, one.noise_deg) for one in kept(path)}
+    with path.open("a", encoding="utf-8") as out:
+        for number in range(count):
+            missing = [noise for noise in NOISES_DEG if (seed, number, noise) not in known]
+            case = case_of(seed, number) if missing else None
+            for noise_deg in missing:
+                assert case is not None
+                out.write(json.dumps(asdict(covered(case, seed, number, noise_deg))) + "\n")
+                out.flush()
+    _print([one for one in kept(path) if one.seed == seed and one.number < count])
+
+
+if __name__ == "__main__":
+    main()
