@@ -109,7 +109,7 @@ def test_exchanged_preloads_are_said_and_no_effect_is_named(records: tuple[Recor
 def test_readings_lost_about_a_reversal_are_no_leap(records: tuple[Record, Record]) -> None:
     angle = records[0].angle_deg.copy()
     top = int(np.argmax(records[0].drive))
-    angle[top - 1 : top + 3] = 0.0
+    angle[top - 2 : top + 2] = 0.0
     lost = replace(records[0], angle_deg=angle)
     words = reading_words([lost])
     assert words == (f"4 of {angle.size} angles are isolated spikes, which are left out",)
