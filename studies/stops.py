@@ -131,8 +131,8 @@ def watch() -> None:
         _state.raised, _state.kind, _state.arrived, _state.told = None, None, False, False
     sys.unraisablehook = _report_dropped
     if not _state.watched:
-        _state.watched = True
         _look_on_from_now()
+        _state.watched = True
     signal.signal(signal.SIGTERM, _raise)
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _raise)

@@ -103,12 +103,13 @@ def require_reach(rig: Rig, drive_mm: Floats, slack_mm: Floats) -> None:
     for side, (name, tendon) in enumerate(zip(("tendon_a", "tendon_b"), rig.tendons, strict=False)):
         stretched = tendon_stretch_mm(tendon, MOST_STRAIN * tendon.EA_N, max(rig.preload_N, 1e-9), rig.length_mm)
         drawn_in = rig.length_mm + 2 * rig.joints * abs(tendon.moment_arm_mm)
-        pulled = (1 - 2 * side) * drive_mm - slack_mm[:, side]
-        farthest, most = float(pulled.max()), float(stretched) + drawn_in
-        if farthest > most:
+        sign, most = 1 - 2 * side, float(stretched) + drawn_in + slack_mm[:, side]
+        worst = int(np.argmax(sign * drive_mm - most))
+        if sign * drive_mm[worst] > most[worst]:
             raise RigError(
-                f"rig {rig.name}: drive_mm = {farthest:g}: expected at most {most:.4g}, where {name} of EA_N = "
-                f"{tendon.EA_N:g} is stretched by {100 * MOST_STRAIN:g} %, however far the tube bends"
+                f"rig {rig.name}: drive_mm = {drive_mm[worst]:g}: expected at {'least' if side else 'most'} "
+                f"{sign * most[worst]:.4g}, where {name} of EA_N = {tendon.EA_N:g} is stretched by "
+                f"{100 * MOST_STRAIN:g} %, however far the tube bends"
             )
 
 

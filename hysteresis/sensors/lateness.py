@@ -47,7 +47,8 @@ def lateness(record: Record) -> Late | None:
     late = list[Late]()
     for before, after in turns:
         moved = float(angle[before.stop - 1] - angle[before.start])
-        beyond = np.sign(moved) * (angle[after] - angle[after.start])
+        held = int(np.argmax(drive[after] != drive[after.start])) - 1  # rests at the end, or an encoder's step
+        beyond = np.sign(moved) * (angle[after.start + held : after.stop] - angle[after.start + held])
         last = int(np.argmax(beyond))
         if beyond[last] > max(least_deg, GOES_ON * abs(moved)):
             late.append(Late(last, float(beyond[last])))

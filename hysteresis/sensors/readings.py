@@ -39,6 +39,8 @@ LEAP = 2.0
 """Least step into or out of lost readings, over the step that three of four samples keep to."""
 UNORDERED = 0.15
 """Median step of the drive over its range from which rows are in no order."""
+SHUFFLED, LEAST_SET_POINTS = 0.5, 10
+"""Part of the rows at which the drive turns, and its different values, from which such rows are refused."""
 MAD_TO_SIGMA = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""
 TAKEN = "it is taken out"
@@ -184,11 +186,22 @@ def require_rows(record: Record) -> None:
         One line with the record.
     """
     where = record.source or "record"
-    for words in _order_words(record):
-        raise RecordError(f"{where}: {words}, or a column of times (t_s)")
-    for i in wraps(record.drive, record.angle_deg)[:1]:
+    if _is_shuffled(record):
+        raise RecordError(f"{where}: {_order_words(record)[0]}, or a column of times (t_s)")
+    at = wraps(record.drive, record.angle_deg)
+    apart = np.diff(at, prepend=-MOST_ALONE - 1, append=record.drive.size + MOST_ALONE) > MOST_ALONE
+    for i in at[apart[1:] & apart[:-1]][:1]:  # a reading that was lost jumps back
         leap = f"{record.angle_deg[i]:.6g} after {record.angle_deg[i - 1]:.6g}"
         raise RecordError(f"{where}: angle_deg = {leap}: wrapped at a turn: expected np.unwrap(angle_deg, period=360)")
+
+
+def _is_shuffled(record: Record) -> bool:
+    """Whether a drive turns at most rows: two of three where rows are in no order, few on stairs of any height."""
+    if record.drive_unit == "N" or record.cycle is not None or not _order_words(record):
+        return False
+    steps = np.diff(record.drive)
+    turns = float(np.mean(steps[1:] * steps[:-1] < 0))
+    return turns > SHUFFLED and np.unique(record.drive).size >= LEAST_SET_POINTS
 
 
 def sensor_notes(found: Sequence[Cleaned]) -> tuple[str, ...]:

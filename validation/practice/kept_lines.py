@@ -70,6 +70,7 @@ def run(score: Score[Case, Line], arguments: Sequence[str] | None = None) -> Non
     parser.add_argument("--workers", type=int, default=1, help="processes; 1 by default")
     parser.add_argument("--out", type=Path, required=True, help="file of the lines")
     options = parser.parse_args(arguments)
+    options.out.parent.mkdir(parents=True, exist_ok=True)
     there = {(one.row, one.seed, one.number) for one in read_lines(options.out, score.kind)}
     every = [(options.seed, row, number) for number in range(options.count) for row in options.rows]
     todo = [score.case(*one) for one in every if (one[1], one[0], one[2]) not in there]

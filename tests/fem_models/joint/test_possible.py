@@ -9,7 +9,7 @@ from notched_rigs import PAIR, WRIST, V, make_rig
 
 from fem_models.chain.solve import solve_chain
 from fem_models.joint import joint_row
-from fem_models.joint.possible import buckling_preload_N, joints_stiffness, require_possible
+from fem_models.joint.possible import buckling_preload_N, joints_stiffness, require_possible, require_reach
 from fem_models.load import LoadProgram
 from fem_models.rig import RigError
 from fem_models.rig.checks import SolverError
@@ -133,3 +133,14 @@ def test_a_notch_that_leaves_next_to_nothing_is_refused_or_has_a_ligament(shape)
     for depths in (limit, 2 * limit, (2.7, 2.71, limit)):
         with pytest.raises(RigError, match=rf"notch\.depth_mm.* = {np.max(depths):g}.*: expected below {limit:g} mm"):
             with_notch(rig, replace(rig.joint.notch, depth_mm=depths))
+
+
+@pytest.mark.parametrize(
+    ("drive_mm", "slack_mm", "words"),
+    [(500.0, (0.0, 0.0), "= 500: expected at most 130"), (-500.0, (0.0, 0.0), "= -500: expected at least -130"),
+     (500.0, (10.0, 0.0), "= 500: expected at most 140")],
+)  # fmt: skip
+def test_a_drive_that_no_tendon_bears_is_refused_with_the_one_that_it_bears(drive_mm, slack_mm, words):
+    with pytest.raises(RigError, match=words):
+        require_reach(preset("du2018"), np.array([0.0, drive_mm]), np.array([slack_mm, slack_mm]))
+    require_reach(preset("du2018"), np.array([0.0, 0.2 * drive_mm]), np.array([slack_mm, slack_mm]))

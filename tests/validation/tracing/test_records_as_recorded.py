@@ -7,13 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fem_models.analytic.of_record import require_the_rigs_unit
 from fem_models.chain import simulate_chain
 from fem_models.load import triangle
 from fem_models.rig import preset
 from hysteresis import Record
 from hysteresis.records.record import RecordError
 from hysteresis.sensors.lateness import lateness
-from hysteresis.sensors.readings import reading_words, readings_of
+from hysteresis.sensors.readings import reading_words, readings_of, require_rows
 from validation.tracing import trace_records
 from validation.tracing.result import in_words, trace_report
 from validation.tracing.sensors.protocol import NOT_AS_RECORDED
@@ -114,3 +115,58 @@ def test_readings_lost_about_a_reversal_are_no_leap(records: tuple[Record, Recor
     words = reading_words([lost])
     assert words == (f"4 of {angle.size} angles are isolated spikes, which are left out",)
     assert readings_of(lost).leap_deg is None
+
+
+def _wave(amplitude: float, samples: int = 50, cycles: int = 2) -> np.ndarray:
+    up = np.linspace(-amplitude, amplitude, samples)
+    return np.tile(np.r_[up[:-1], up[:0:-1]], cycles)
+
+
+def test_stairs_force_trials_and_one_lost_reading_are_rows_in_order() -> None:
+    stairs = np.tile(np.r_[np.linspace(-1.5, 1.5, 6)[:-1], np.linspace(1.5, -1.5, 6)[:-1]], 5)
+    force = np.tile(np.arange(6.0), 8)
+    drive = _wave(1.5)
+    lost = 25.0 * drive
+    lost[37] = 360.0
+    for record in (
+        Record(stairs, 20.0 * stairs),
+        Record(force, 10.0 * force, "N", cycle=np.repeat(np.arange(1, 9), 6)),
+        Record(drive, lost),
+    ):
+        require_rows(record)
+
+
+def test_a_rig_within_its_slack_is_in_no_other_unit() -> None:
+    rig = {"preset": "du2018", "preload_N": 20.0}
+    drive = _wave(0.3)
+    noise = np.random.default_rng(0).normal(0.0, 0.02, drive.size)
+    slack = Record(drive, 21.0 * np.sign(drive) * np.maximum(np.abs(drive) - 0.29, 0.0) + noise, rig=rig)
+    require_the_rigs_unit(slack)
+    with pytest.raises(RecordError, match="expected degrees and mm"):
+        require_the_rigs_unit(Record(drive, np.radians(21.0 * drive), rig=rig))
+    with pytest.raises(RecordError, match="expected degrees and mm"):  # the drive in m
+        require_the_rigs_unit(Record(1e-3 * drive, 21.0 * drive, rig=rig))
+
+
+def test_coarse_and_held_steps_of_the_drive_are_no_late_angle() -> None:
+    drive = _wave(1.5, 100)
+    coarse = 0.12 * np.round(drive / 0.12)
+    assert lateness(Record(coarse, 21.0 * drive)) is None
+    stairs = np.tile(np.r_[np.arange(-1.5, 1.5, 0.15), np.arange(1.5, -1.5, -0.15)], 2)
+    goal, settled, angle = np.repeat(21.0 * stairs, 10), -31.5, list[float]()
+    for one in goal:
+        settled += (one - settled) * (1.0 - np.exp(-1.0 / 1.5))
+        angle.append(settled)
+    assert lateness(Record(np.repeat(stairs, 10), np.array(angle))) is None
+
+
+def test_preloads_exchanged_between_groups_of_records_are_said() -> None:
+    first = [_loop(PRELOADS[0], seed) for seed in (0, 1)]
+    second = [_loop(PRELOADS[1], seed) for seed in (2, 3)]
+    records = [
+        replace(one, rig={**one.rig, "preload_N": preload}, source=f"{k}.csv")
+        for k, (one, preload) in enumerate([*((r, PRELOADS[1]) for r in first), *((r, PRELOADS[0]) for r in second)])
+    ]
+    trace = trace_records(records)
+    assert trace.names == ()
+    assert trace.words[1].startswith("with the preloads of 0.csv and 1.csv and 2.csv and 3.csv exchanged (8 and 20 N)")

@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from fem_models.analytic.of_record import unit_words
+from fem_models.analytic.of_record import require_the_rigs_unit
 from fem_models.rig import Rig
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
 from fem_models.rig.of_record import declared_rig_of, notched_tube_of, require_the_rigs_sense, rig_of
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 from hysteresis.records.path import cycle_index
-from hysteresis.records.record import Record, RecordError
+from hysteresis.records.record import Record
 from validation.tracing.baseline.channels import channels_of
 from validation.tracing.baseline.rig_problem import RigProblem
 from validation.tracing.baseline.runs import run_setup
@@ -127,8 +127,7 @@ def known_rig_problem(records: Sequence[Record]) -> KnownRigProblem | None:
     if not load_control:
         for record in records:
             require_the_rigs_sense(record)
-            if unit := unit_words(record):
-                raise RecordError(unit)
+            require_the_rigs_unit(record)
     most = max(LEAST_RECORD_SAMPLES, KNOWN_RIG_SAMPLES // len(records))
     used = prepare(records, [kept_samples(record.drive, most, cycle_index(record)) for record in records])
     channels, words = channels_of(used, rigs)
