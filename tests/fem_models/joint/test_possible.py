@@ -15,7 +15,7 @@ from fem_models.rig import RigError
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Closure, Slack
 from fem_models.rig.joints import MeasuredJoint
-from fem_models.rig.presets import PRESETS
+from fem_models.rig.presets import PRESETS, preset
 from fem_models.rig.rig import Tendon, with_notch
 
 STIFF = Tendon(EA_N=1e6, moment_arm_mm=2.62, free_length_mm=150.0)
