@@ -172,6 +172,14 @@ class _Problem:
         rows = [loop.residual_deg(angle) / self.sigma_deg for loop, angle in zip(self.loops, angles, strict=True)]
         return np.concatenate([*rows, z])
 
+    def is_possible(self, z: Floats) -> bool:
+        """Whether there is a rig at z, such as one whose notches leave metal."""
+        try:
+            self.law.rig_at(z, self.loops[0].rig)
+        except RigError:
+            return False
+        return True
+
     def columns(self, z: Floats) -> Floats:
         """Jacobian of the residual, shape (m + p, p), by rigs that are moved along the steps of the rig."""
         rows = [self._columns_of(loop, z) / self.sigma_deg for loop in self.loops]
@@ -209,6 +217,10 @@ class _Mode:
     def square(self) -> float:
         """Sum of squares of records and prior."""
         return self.best.square
+
+    def at_optimum(self) -> Sample:
+        """Give the optimum as a draw."""
+        return Sample(self.best.z, self.best.log_evidence)
 
     def is_like(self, other: _Mode) -> bool:
         """Whether two optima of a law are the same."""
@@ -392,7 +404,8 @@ def _drawn(modes: Sequence[_Mode], seed: int, rounds: int) -> list[_Drawn]:
         for mode, share, kept in zip(modes, odds.tolist(), of_modes, strict=True):
             count = max(_LEAST_DRAWS, round(share * DRAWS))
             draws = sampled(mode.problem, mode.best, count, rng)
-            kept += draws if len(draws) >= _LEAST_DRAWS else about(mode.best, count, rng)
+            draws = draws if len(draws) >= _LEAST_DRAWS else about(mode.best, count, rng)
+            kept += [one for one in draws if mode.problem.is_possible(one.z)] or [mode.at_optimum()]
         found = [
             _Drawn(mode.problem.law, one.z, one.log_weight - math.log(len(kept)))
             for mode, kept in zip(modes, of_modes, strict=True)
