@@ -14,7 +14,9 @@ import numpy as np
 
 from fem_models.analytic import simulate_analytic
 from fem_models.chain.solve import ChainSolution, simulate_chain, solve_chain
+from fem_models.joint.possible import require_reach
 from fem_models.load import LoadProgram
+from fem_models.load.schedule import schedule
 from fem_models.rig import Rig, RigError
 from hysteresis.arrays import Floats
 from hysteresis.extras import MissingError as MissingError
@@ -70,7 +72,13 @@ def _simulate_multibody(rig: Rig, program: LoadProgram) -> Record:
 def simulate_counted(
     rig: Rig, program: LoadProgram, engine: EngineName, progress: Callable[[int, int], None]
 ) -> Record:
-    """Run an engine; the multibody model reports how many samples are done, and of how many."""
+    """Run an engine; the multibody model reports how many samples are done, and of how many.
+
+    A drive that no tendon bears is refused at once, where an engine would try for a minute.
+    """
+    if engine != "analytic":  # which knows no creep, and needs no times for it
+        plan = schedule(rig, program)
+        require_reach(rig, plan.drive_mm, plan.slack_mm)
     if engine != "multibody":
         return ENGINES[engine](rig, program)
     require_exudyn()

@@ -28,7 +28,7 @@ from fem_models.chain.parameters import ChainSettings, Parameters, chain_paramet
 from fem_models.chain.turns import tip_reach
 from fem_models.joint import JointRow, joint_row
 from fem_models.joint.contact import require_open
-from fem_models.joint.possible import require_possible, require_reach, require_strain
+from fem_models.joint.possible import require_possible, require_strain
 from fem_models.joint.strain import peak_strain, thrust_N
 from fem_models.joint.superelastic_section import elongation_under_mm, require_warm
 from fem_models.load import LoadProgram
@@ -151,7 +151,6 @@ def chain_case(
 def _path(rig: Rig, load: LoadProgram | Floats, joints: JointRow, settings: ChainSettings) -> Path:
     if isinstance(load, LoadProgram):
         plan, control = schedule(rig, load), drive_control(rig, settings.max_step_mm, settings.max_halvings)
-        require_reach(rig, plan.drive_mm, plan.slack_mm)
     else:
         plan, soft, longest = force_schedule(rig, load), joints.softest, settings.max_force_step * joints.force_scale_N
         arm, bending = soft.arms_mm.a, soft.flexure.bending_Nmm_per_rad

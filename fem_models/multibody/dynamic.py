@@ -17,7 +17,7 @@ from scipy.interpolate import PchipInterpolator
 
 from fem_models.joint import joint_row
 from fem_models.joint.contact import require_open
-from fem_models.joint.possible import require_possible, require_reach
+from fem_models.joint.possible import require_possible
 from fem_models.joint.section import section
 from fem_models.joint.superelastic_section import require_warm
 from fem_models.load import LoadProgram
@@ -275,7 +275,6 @@ def solve_dynamic(rig: Rig, program: LoadProgram, settings: DynamicSettings | No
         raise RigError(f"rig {rig.name}: expected a load program with time_s for a dynamic run")
     plan, inertia, joints = schedule(rig, program), ring_inertia(rig), joint_row(rig)
     require_possible(rig, joints)
-    require_reach(rig, plan.drive_mm, plan.slack_mm)
     stepper = Stepper(rig, joints, settings.statics, inertia)
     try:
         stepper.settle()

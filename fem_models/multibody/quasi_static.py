@@ -20,7 +20,7 @@ import numpy as np
 
 from fem_models.joint import joint_row
 from fem_models.joint.contact import require_open
-from fem_models.joint.possible import require_possible, require_reach, require_strain
+from fem_models.joint.possible import require_possible, require_strain
 from fem_models.joint.strain import peak_strain, thrust_N
 from fem_models.joint.superelastic_section import require_warm
 from fem_models.load import LoadProgram
@@ -113,7 +113,6 @@ def _run_with_either_lead(
         require_strain(rig)
     else:
         require_possible(rig, joints)
-        require_reach(rig, plan.drive_mm, plan.slack_mm)
     try:
         return _run(Stepper(rig, joints, settings, load_control=load_control), plan, program, progress)
     except SolverError:
