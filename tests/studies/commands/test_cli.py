@@ -371,7 +371,7 @@ def test_identify_shows_the_fit_in_words(tmp_path, capsys):
     shown = capsys.readouterr().out
     title, rest = shown.split("kinematics fitted\n", 1)
     assert " ".join(title.split()).startswith("asymmetric Bouc-Wen on ")
-    assert "law: asymmetric Bouc-Wen: it " in rest  # which reason follows is a matter of rounding: this loop has no noise
+    assert "law: asymmetric Bouc-Wen: it " in rest  # the reason is a matter of rounding: the loop has no noise
     words = [line for line in rest.splitlines() if str(tmp_path) not in line]
     assert max(map(len, words)) <= 80  # no tables of f
 
