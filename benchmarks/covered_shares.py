@@ -115,7 +115,7 @@ def covered(case: Case, seed: int, number: int, noise_deg: float) -> Covered:
     try:
         calibrated = calibrate_rig(records, seed=seed)
         program = loop_program(float(case.drive_mm.min()), float(case.drive_mm.max()))
-        best = separate(calibrated.rig, program)
+        best = replace(separate(calibrated.rig, program), has_play=calibrated.has_play)
         parts = parts_with_intervals(best, divided_draws(calibrated, program, best))
     except (RigError, SolverError, ValueError) as error:
         return replace(row, refused=str(error), seconds=round(time.process_time() - began, 2))

@@ -161,7 +161,7 @@ def separate_records(
     drive = records[0].drive
     program = loop_program(min(0.0, float(drive.min())), float(drive.max()))
     report("loops with and without each source")
-    found = separate(calibrated.rig, program)
+    found = replace(separate(calibrated.rig, program), has_play=calibrated.has_play)
     result = _result(calibrated.rig, program, found, "chain", _laws(found, seed, report))
     report("sensitivities and intervals")
     result = _with_sensitivity(result, sensitivities(calibrated.rig, program))
@@ -185,11 +185,15 @@ def divided_draws(calibrated: RigCalibration, program: LoadProgram, found: Contr
     their differences from the best rig, whose division with short ones is ``found``.
     """
     coarse = loop_program(float(program.drive_mm.min()), float(program.drive_mm.max()), cycles=1, steps=STEPS // 2)
-    best, exact = (_table(one) for one in (separate(calibrated.rig, coarse, softer=found.softer), found))
+
+    def table(rig: Rig) -> Floats:
+        return _table(replace(separate(rig, coarse, softer=found.softer), has_play=found.has_play))
+
+    exact = _table(found) - table(calibrated.rig)
     rigs, tables, weights = [], [], []
     for rig, weight in zip(calibrated.rigs, calibrated.weights.tolist(), strict=True):
         try:
-            tables.append(exact + _table(separate(rig, coarse, softer=found.softer)) - best)
+            tables.append(exact + table(rig))
         except (RigError, SolverError):
             continue
         rigs.append(rig)
@@ -318,7 +322,8 @@ def _law(found: Contributions, on: frozenset[str], seed: int) -> Law | None:
     loop = found.loops[on]
     if loop.is_lossless or loop.is_flat:
         return None
-    fit = identify(loop.record, settings=IdentifySettings(seed=seed))
+    settings = IdentifySettings(seed=seed, forward=True, population=40, generations=30)  # a loop without noise
+    fit = identify(loop.record, settings=settings)
     return Law(fit.parameters, fit.saturation_deg, fit.heldout)
 
 

@@ -29,10 +29,8 @@ from scipy.special import ndtri
 from hysteresis.arrays import Floats
 
 _MOST_FITS = 25  # evaluations of a least squares
-_MOST_STEPS = 10  # of Newton's method for a sample
-_HALVINGS = 3
-_SOLVED, _NEAR = 0.05, 1.0  # standard deviations that a sample is off: enough, and at most
-_LONGEST = 3.0  # step of Newton's method, in standard deviations of the posterior
+_MOST_STEPS = 8  # of Newton's method for a sample
+_SOLVED, _NEAR = 0.15, 1.0  # standard deviations that a sample is off: enough, and at most
 
 
 class Target(Protocol):
@@ -101,11 +99,9 @@ def _sample(target: Target, start: Floats, factors: tuple[Floats, Floats], xi: F
         nearest = min(nearest, (size, z, h), key=lambda one: one[0])
         if size <= _SOLVED:
             break
-        step = -np.linalg.solve(tangent, off * min(1.0, _LONGEST / size))
+        step = -np.linalg.solve(tangent, off)
         new = target.residual(z + step)
-        for _ in range(_HALVINGS):
-            if np.linalg.norm(q @ new - xi) <= size:
-                break
+        if np.linalg.norm(q @ new - xi) > size:
             step *= 0.5
             new = target.residual(z + step)
         moved = q @ new - xi

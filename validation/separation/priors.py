@@ -8,7 +8,8 @@ a rig drawn from the prior is one vector z, shape (p,), and any z is a possible 
     plain    value = stated + spread z
     range    value = low + (high - low) Phi(z), uniform between two ends; for a law that the rig does not state
 
-A number that a rig states as 0, as a sheath without friction, is taken as not known: it has a wider prior of its own.
+Numbers that a rig states as 0, as a sheath without friction, may be 0 or not known: there is a law (:class:`Law`) in
+which they are 0, and one in which each has a wider prior of its own. Play of the drive is such a number by itself.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from fem_models.rig import Rig, RigError
-from fem_models.rig.effects import Superelastic
+from fem_models.rig.effects import Backlash, Superelastic
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
 from fem_models.rig.metal import METAL_RANGES
 from hysteresis.arrays import Floats
@@ -48,7 +49,7 @@ class Prior:
     how
         How the number is measured by itself.
     unstated
-        Median and spread where the rig states 0; None where 0 cannot be, or is kept.
+        Median and spread of a rig that has it, where the rig states 0; None where 0 cannot be, or is kept.
     """
 
     unit: str
@@ -84,6 +85,13 @@ PRIORS: Mapping[str, Prior] = {
         "pull the tendon alone, at tensions about the preload", (3.0, 1.2),
     ),
     "free_length_mm": Prior("mm", "log", 0.02, "3 mm of 150 mm, by tape along a curved path; assumed", "measure it"),
+    "backlash_mm": Prior(
+        "mm", "log", 0.5, "of gears, couplings and fixings, and of tendons in their holes: no drawing has it; assumed",
+        "hold the tube and turn the drive there and back: a dial gauge on the wheel", (0.15, 1.2),
+    ),
+    "backlash_takes_up_N": Prior(
+        "N", "log", 1.5, "the preload that halves the play: none is known; assumed", "the same at another preload"
+    ),
     "moment_arm_mm": Prior(
         "mm", "plain", 0.025, "ISO 2768-1 fine, +-0.05 mm up to 6 mm, as two standard deviations",
         "the places of the guides under a microscope",
@@ -108,6 +116,10 @@ PRIORS: Mapping[str, Prior] = {
 
 FLAG = ("plateau_MPa", "unloading_plateau_MPa", "transformation_strain", "plateau_modulus_GPa")
 LOOP = ("loop_share", "loop_angle_deg")
+PLAY = "backlash_mm"
+_OF_PLAY = (PLAY, "backlash_takes_up_N")
+NO_PLAY = Backlash(0.0, takes_up_N=10.0)
+"""Backlash of a rig that states none: it may have some, of which a preload takes up a part."""
 FARTHEST = 12.0
 """Standard deviations up to which a prior is followed: a search that strays stays among finite numbers."""
 _CLOSE_TO_ONE = 1e-6
@@ -115,7 +127,7 @@ _CLOSE_TO_ONE = 1e-6
 
 def stated_values(rig: Rig) -> dict[str, float]:
     """Values of :data:`PRIORS` in a rig; tendon a stands for both, the notch at the base for all."""
-    dry, metal, tendon = rig.friction, rig.material, rig.tendon_a
+    dry, metal, tendon, play = rig.friction, rig.material, rig.tendon_a, rig.backlash or NO_PLAY
     values = {
         "sheath_N": dry.sheath_N,
         "capstan_coefficient": dry.capstan_coefficient,
@@ -123,8 +135,11 @@ def stated_values(rig: Rig) -> dict[str, float]:
         "EA_N": tendon.EA_N,
         "toe_N": tendon.toe_N,
         "free_length_mm": tendon.free_length_mm,
+        "backlash_mm": play.width_mm,
         "moment_arm_mm": tendon.moment_arm_mm,
     }
+    if play.takes_up_N is not None:
+        values["backlash_takes_up_N"] = play.takes_up_N
     match rig.joint:
         case NotchedTube(_, notch):
             depth = notch.depth_mm
@@ -151,6 +166,9 @@ def with_values(rig: Rig, values: Mapping[str, float]) -> Rig:
     further = values.get("moment_arm_mm", rig.tendon_a.moment_arm_mm) - rig.tendon_a.moment_arm_mm
     tendons = [replace(one, moment_arm_mm=one.moment_arm_mm + further, **of_tendon) for one in rig.tendons]
 
+    keys = zip(("width_mm", "takes_up_N"), _OF_PLAY, strict=True)
+    play = replace(rig.backlash or NO_PLAY, **{key: values[name] for key, name in keys if name in values})
+
     def of(part: Any, names: tuple[str, ...]) -> Any:
         return replace(part, **{name: values[name] for name in names if name in values})
 
@@ -160,6 +178,7 @@ def with_values(rig: Rig, values: Mapping[str, float]) -> Rig:
         material=of(rig.material, (*LOOP, "youngs_modulus_GPa")),
         tendon_a=tendons[0],
         tendon_b=tendons[1] if len(tendons) == 2 else None,
+        backlash=play if play.width_mm > 0 else rig.backlash,
         joint=_with_joint(rig, values),
         superelastic=None if rig.superelastic is None else of(rig.superelastic, FLAG),
     )
@@ -180,12 +199,16 @@ def _with_joint(rig: Rig, values: Mapping[str, float]) -> NotchedTube | Measured
 
 @dataclass(frozen=True)
 class Coordinate:
-    """One number of a rig as a function of a standard normal variable; ``ends`` are those of a range."""
+    """One number of a rig as a function of a standard normal variable.
+
+    ``ends`` are those of a range; ``may_be_none`` is that of a number which the rig states as 0.
+    """
 
     shape: Shape
     middle: float
     spread: float
     ends: tuple[float, float] = (0.0, 1.0)
+    may_be_none: bool = False
 
     def at(self, z: float) -> float:
         """Give the number; beyond :data:`FARTHEST` it does not change."""
@@ -206,7 +229,8 @@ class Coordinate:
 class Law:
     """A law of the metal, with the coordinates of all numbers of the rig that are not known exactly.
 
-    ``metal`` takes the place of the stated law: None keeps it.
+    ``metal`` takes the place of the stated law: None keeps it. Several laws of the same ``name`` differ in which of the
+    numbers that the rig states as 0 have a coordinate.
     """
 
     name: str
@@ -237,6 +261,9 @@ class Law:
 def laws_of(rig: Rig, tolerance: Mapping[str, object] | None = None) -> tuple[Law, ...]:
     """Laws that the metal of a rig may have: its own, and the flag where a notched tube states none.
 
+    Each is there with and without play where the rig states none, and with and without the other numbers stated as 0.
+    The first of each name has those, and no play.
+
     Parameters
     ----------
     tolerance
@@ -255,10 +282,23 @@ def laws_of(rig: Rig, tolerance: Mapping[str, object] | None = None) -> tuple[La
         if isinstance(size, bool) or not isinstance(size, int | float) or not 0 < size < math.inf:
             raise RigError(f"rig.tolerance.{name} = {quoted(size)}: expected a standard deviation above 0")
     stated = Law("linear" if rig.superelastic is None else "flag", _coordinates(rig, tolerance))
-    if rig.superelastic is not None or not isinstance(rig.joint, NotchedTube):
-        return (stated,)
-    flag = Law("flag", {}, Superelastic())
-    return stated, replace(flag, coordinates=_coordinates(flag.on(rig), tolerance, states_flag=False))
+    metals = [stated]
+    if rig.superelastic is None and isinstance(rig.joint, NotchedTube):
+        flag = Law("flag", {}, Superelastic())
+        metals.append(replace(flag, coordinates=_coordinates(flag.on(rig), tolerance, states_flag=False)))
+    return tuple(law for metal in metals for law in _with_and_without(metal))
+
+
+def _with_and_without(law: Law) -> list[Law]:
+    """Leave out play, the other numbers that may be 0, both, or neither."""
+    play = {name for name in _OF_PLAY if PLAY in law.coordinates and law.coordinates[PLAY].may_be_none}
+    others = {name for name, one in law.coordinates.items() if one.may_be_none and name not in play}
+    without = dict.fromkeys(frozenset(names) for names in (play, set(), play | others, others))
+
+    def left(names: frozenset[str]) -> dict[str, Coordinate]:
+        return {name: one for name, one in law.coordinates.items() if name not in names}
+
+    return [replace(law, coordinates=left(names)) for names in without]
 
 
 def _coordinates(
@@ -276,7 +316,7 @@ def _coordinates(
         elif value > 0:
             found[name] = Coordinate(prior.shape, value, prior.spread)
         elif prior.unstated is not None:
-            found[name] = Coordinate(prior.shape, *prior.unstated)
+            found[name] = Coordinate(prior.shape, *prior.unstated, may_be_none=True)
     if rig.superelastic is not None and rig.material.loop_share == 0:
         found = {name: one for name, one in found.items() if name not in LOOP}
     if rig.preload_N == 0:  # a tendon without tension cannot have a toe region

@@ -44,24 +44,23 @@ from validation.separation.priors import LOOP, PRIORS, Law, laws_of
 
 SAMPLES = 300
 """Samples of a record that the fit keeps. The mechanics is quasi-static: only the reversals are indispensable."""
-DRAWS = 48
+DRAWS = 32
 """Rigs that are drawn from the posterior, of all laws and optima together."""
-ENOUGH = 20.0
-"""Effective number of draws: with fewer there is a second round, and with fewer still the weights are flattened."""
+ENOUGH = 14.0
+"""Effective number of draws: with fewer, the weights are flattened."""
 CORRELATED = 0.95
 """Magnitude of the correlation above which two parameters are reported as inseparable."""
 MISFIT = 2.0
-"""What the rig leaves over the noise, from which on the result warns, and draws are not refined."""
+"""What the rig leaves over the noise, from which on the result warns."""
 LEVELS = (0.025, 0.975)
 _STEP = 1e-3  # of finite differences of z
 _FAILED = 1e3  # residual where no rig has these numbers or follows the drive: far from any posterior
 _AT_REST = 0.05  # share of the drive's range: a record that begins this close to zero begins from rest
-_OTHER_LOOPS = (0.5, 1.0, 2.0)  # slip angles over that of the rig, from which the fit starts again
+_OTHER_LOOPS = (0.5, 2.0)  # slip angles over that of the rig, from which the fit starts again
 _LEAST_NOISE = 1e-6  # of the range of the angle: less comes from a simulation
 _HOPELESS = 4.0  # times the sum of squares of another law: twice its misfit
 _FAR = 60.0  # sum of squares above the least: odds of exp(-30)
 _LEAST_ODDS = 0.005  # of a law or an optimum: one that is less likely has a third of a draw
-_ROUNDS = 2  # of draws
 _LEAST_DRAWS = 6  # of a law or an optimum that counts
 _NEAR_PLATEAU = 0.7  # of the lowest plateau: a metal that is stressed less is linear, whatever its tolerances
 _ALIKE = 1.0  # standard deviations between two optima that are the same
@@ -132,6 +131,11 @@ class RigCalibration:
     def misfit(self) -> float:
         """Residual of the rig over the noise."""
         return self.rmse_deg / self.noise_deg
+
+    @property
+    def has_play(self) -> bool:
+        """Whether any of :attr:`rigs` has play."""
+        return any(rig.backlash is not None for rig in self.rigs)
 
     @property
     def effective_draws(self) -> float:
@@ -261,24 +265,41 @@ def _laws(record: Record, rig: Rig) -> tuple[Law, ...]:
 def _optima(problems: Sequence[_Problem]) -> list[_Mode]:
     """Optima of all laws that are not the same, the likeliest first.
 
-    A fit begins with the stated rig, and again with other loops of the material, which may be several optima away; not
-    where another law leaves far less.
+    The first law of each name begins with the stated rig, and again with other loops of the material, which may be
+    several optima away. Those with fewer or more numbers begin from its best. A name that leaves far more than another
+    is not followed further.
     """
-    found = [_Mode(one, optimum(one, np.zeros(len(one.law.coordinates)))) for one in problems]
-    least = min(mode.square for mode in found)
-    for problem, first in zip(problems, tuple(found), strict=True):
-        names = list(problem.law.coordinates)
-        if first.square > _HOPELESS * least or not all(name in names for name in LOOP):
+    firsts = {one.law.name: one for one in reversed(problems)}
+    found = {name: [_Mode(one, optimum(one, np.zeros(len(one.law.coordinates))))] for name, one in firsts.items()}
+    least = min(mode.square for modes in found.values() for mode in modes)
+    for name, modes in found.items():
+        if modes[0].square > _HOPELESS * least:
             continue
-        share, angle = (names.index(name) for name in LOOP)
-        best = first
-        for factor in _OTHER_LOOPS:
-            start = best.best.z.copy()
-            start[share], start[angle] = 0.0, math.log(factor) / problem.law.coordinates[LOOP[1]].spread
-            other = _Mode(problem, optimum(problem, start))
-            best = min(best, other, key=lambda mode: mode.square)
-            found.append(other)
-    return _without_repetition(found)
+        first, z = firsts[name], modes[0].best.z
+        modes += [_Mode(first, optimum(first, start)) for start in _with_other_loops(first.law, z)]
+        best = min(modes, key=lambda mode: mode.square).best.z
+        others = [one for one in problems if one.law.name == name and one is not first]
+        modes += [_Mode(one, optimum(one, _carried(best, first.law, one.law))) for one in others]
+    return _without_repetition([mode for modes in found.values() for mode in modes])
+
+
+def _with_other_loops(law: Law, z: Floats) -> list[Floats]:
+    names = list(law.coordinates)
+    if not all(name in names for name in LOOP):
+        return []
+    share, angle = LOOP
+    starts = []
+    for factor in _OTHER_LOOPS:
+        start = z.copy()
+        start[names.index(share)], start[names.index(angle)] = 0.0, math.log(factor) / law.coordinates[angle].spread
+        starts.append(start)
+    return starts
+
+
+def _carried(z: Floats, law: Law, other: Law) -> Floats:
+    """Give z of the numbers of another law, 0 of those that the first one does not have."""
+    known = dict(zip(law.coordinates, z.tolist(), strict=True))
+    return np.array([known.get(name, 0.0) for name in other.coordinates])
 
 
 def _without_repetition(modes: Sequence[_Mode]) -> list[_Mode]:
@@ -303,16 +324,17 @@ def _distinct(modes: Sequence[_Mode]) -> list[_Mode]:
 
 def _possible(laws: tuple[Law, ...], loops: Sequence[_Loop]) -> tuple[Law, ...]:
     """Leave out the flag where the stated metal stays below the lowest plateau: it is then a linear metal."""
-    stated = laws[0]
-    if len(laws) == 1:
+    stated = tuple(law for law in laws if law.metal is None)
+    others = [law for law in laws if law.metal is not None]
+    if not others:
         return laws
-    plateau = laws[1].coordinates["plateau_MPa"].at(-3.0)
+    plateau = others[0].coordinates["plateau_MPa"].at(-3.0)
     try:
         strain = max(float(np.abs(solve_chain(loop.rig, loop.program).peak_strain).max()) for loop in loops)
     except (SolverError, RigError):
         return laws
     stress = 1e3 * loops[0].rig.material.youngs_modulus_GPa * strain
-    return laws if stress > _NEAR_PLATEAU * plateau else (stated,)
+    return laws if stress > _NEAR_PLATEAU * plateau else stated
 
 
 def _sigma_deg(mode: _Mode, noise_deg: float) -> float:
@@ -368,7 +390,7 @@ def _calibration(modes: Sequence[_Mode], noise_deg: float, seed: int) -> RigCali
     law, best, loops = first.problem.law, first.best, first.problem.loops
     residual = first.problem.residual_deg(best)
     rmse_deg = math.sqrt(float(residual @ residual) / residual.size)
-    drawn = _drawn(modes, seed, rounds=1 if rmse_deg > MISFIT * noise_deg else _ROUNDS)
+    drawn = _drawn(modes, seed)
     weights = flattened([one.log_weight for one in drawn], ENOUGH)
     pairs, condition = _correlations(list(law.coordinates), best.columns)
     parameters = _parameters(law, best.z, drawn, weights)
@@ -396,23 +418,16 @@ class _Drawn:
     log_weight: float
 
 
-def _drawn(modes: Sequence[_Mode], seed: int, rounds: int) -> list[_Drawn]:
-    """Draw rigs about all optima, in proportion to their evidence; again where the first ones weigh unevenly."""
+def _drawn(modes: Sequence[_Mode], seed: int) -> list[_Drawn]:
+    """Draw rigs about all optima, in proportion to their evidence."""
     odds, rng = weights_of([mode.best.log_evidence for mode in modes]), np.random.default_rng([seed, 56])
-    of_modes: list[list[Sample]] = [[] for _ in modes]
-    for _ in range(rounds):
-        for mode, share, kept in zip(modes, odds.tolist(), of_modes, strict=True):
-            count = max(_LEAST_DRAWS, round(share * DRAWS))
-            draws = sampled(mode.problem, mode.best, count, rng)
-            draws = draws if len(draws) >= _LEAST_DRAWS else about(mode.best, count, rng)
-            kept += [one for one in draws if mode.problem.is_possible(one.z)] or [mode.at_optimum()]
-        found = [
-            _Drawn(mode.problem.law, one.z, one.log_weight - math.log(len(kept)))
-            for mode, kept in zip(modes, of_modes, strict=True)
-            for one in kept
-        ]
-        if effective(weights_of([one.log_weight for one in found])) >= ENOUGH:
-            break
+    found = []
+    for mode, share in zip(modes, odds.tolist(), strict=True):
+        count = max(_LEAST_DRAWS, round(share * DRAWS))
+        draws = sampled(mode.problem, mode.best, count, rng)
+        draws = draws if len(draws) >= _LEAST_DRAWS else about(mode.best, count, rng)
+        kept = [one for one in draws if mode.problem.is_possible(one.z)] or [mode.at_optimum()]
+        found += [_Drawn(mode.problem.law, one.z, one.log_weight - math.log(len(kept))) for one in kept]
     return found
 
 
@@ -424,13 +439,18 @@ def _of_laws(drawn: Sequence[_Drawn], weights: Floats) -> dict[str, float]:
 
 
 def _parameters(law: Law, z: Floats, drawn: Sequence[_Drawn], weights: Floats) -> dict[str, Parameter]:
-    """Values at z, with the 95 % intervals of the draws of its law, which reach to the value."""
-    own = [k for k, one in enumerate(drawn) if one.law is law]
-    values, share = [law.values(drawn[k].z) for k in own], weights[own] / weights[own].sum()
-    found = {}
-    for name, value in law.values(z).items():
-        low, high = quantiles([one[name] for one in values], share, LEVELS)
-        found[name] = Parameter(value, min(low, value), max(high, value), PRIORS[name].unit)
+    """Values at z, with the 95 % intervals of the draws of its law of the metal, which reach to the value.
+
+    What a draw does not have is 0; no interval reaches below that.
+    """
+    own = [k for k, one in enumerate(drawn) if one.law.name == law.name]
+    values, share = [drawn[k].law.values(drawn[k].z) for k in own], weights[own] / weights[own].sum()
+    best, found = law.values(z), {}
+    for name in [name for name in PRIORS if name in best or any(name in one for one in values)]:
+        if name not in best and PRIORS[name].unstated is None:  # it belongs to a number that is 0
+            continue
+        value, (low, high) = best.get(name, 0.0), quantiles([one.get(name, 0.0) for one in values], share, LEVELS)
+        found[name] = Parameter(value, max(0.0, min(low, value)), max(high, value), PRIORS[name].unit)
     return found
 
 

@@ -198,7 +198,7 @@ def of_both():
 def test_parameters_are_recovered_from_noisy_loops_within_their_intervals(of_both):
     assert of_both.rmse_deg == pytest.approx(0.02, rel=0.1)  # the noise of the record
     stated = stated_values(RIG)  # arm, depth, modulus and free length are as stated
-    assert set(of_both.parameters) == set(stated)
+    assert set(of_both.parameters) == set(stated) - {"backlash_takes_up_N"}  # the likeliest rig has no play
     for name, parameter in of_both.parameters.items():
         half, true = 0.5 * (parameter.high - parameter.low), TRUTH.get(name, stated[name])
         assert abs(parameter.value - true) < 2 * half, name

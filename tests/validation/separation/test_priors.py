@@ -8,6 +8,7 @@ import pytest
 from fem_models.chain import simulate_chain
 from fem_models.load import triangle
 from fem_models.rig import RigError, preset
+from fem_models.rig.effects import Backlash
 from fem_models.rig.joints import Notch
 from fem_models.rig.presets import PRESETS
 from fem_models.rig.rig import with_notch
@@ -16,7 +17,7 @@ from hysteresis.records.record import RecordError
 from hysteresis.records.record_file import read_record, write_record
 from hysteresis.sensors.readings import cleaned
 from validation.separation import calibrate_rig
-from validation.separation.priors import FLAG, LOOP, PRIORS, drawn, laws_of, stated_values, with_values
+from validation.separation.priors import FLAG, LOOP, PLAY, PRIORS, drawn, laws_of, stated_values, with_values
 from validation.separation.rig_calibration import _laws, _loop, _possible, _Problem
 
 RIG = preset("du2018", preload_N=20.0)
@@ -35,7 +36,9 @@ def test_spreads_are_those_of_the_table():
     law, *_ = laws_of(RIG)
     rng, p = np.random.default_rng(0), len(law.coordinates)
     drawn_values = [law.values(z) for z in rng.standard_normal((4000, p))]
-    for name, at in stated_values(RIG).items():
+    stated = {name: at for name, at in stated_values(RIG).items() if not name.startswith("backlash")}
+    assert set(stated) == set(law.coordinates)
+    for name, at in stated.items():
         values, prior = np.array([one[name] for one in drawn_values]), PRIORS[name]
         shapes = {"log": np.log, "logit": lambda share: np.log(share / (1 - share)), "plain": np.asarray}
         spread = shapes[prior.shape](values)
@@ -44,15 +47,16 @@ def test_spreads_are_those_of_the_table():
 
 
 def test_a_metal_without_a_stated_law_may_have_the_flag():
-    linear, flag = laws_of(RIG)
-    assert (linear.name, flag.name) == ("linear", "flag")
+    laws = laws_of(RIG)
+    assert [law.name for law in laws] == ["linear", "linear", "flag", "flag"]
+    linear, _, flag, _ = laws
     assert set(FLAG) <= set(flag.coordinates)
     assert not set(LOOP) & set(flag.coordinates)
     found = flag.rig_at(np.zeros(len(flag.coordinates)), RIG)
     assert found.superelastic.plateau_MPa == pytest.approx(400.0)  # 280 to 520
     assert found.material.loop_share == 0
     assert found.preload_N == RIG.preload_N
-    assert [law.name for law in laws_of(preset("notched-wrist-90"))] == ["flag"]  # it states its own
+    assert {law.name for law in laws_of(preset("notched-wrist-90"))} == {"flag"}  # it states its own
     rng = np.random.default_rng(0)
     assert {drawn((linear, flag), rng)[0].name for _ in range(20)} == {"linear", "flag"}
 
@@ -62,6 +66,20 @@ def test_a_number_stated_as_zero_is_open_where_no_drawing_has_it():
     law, *_ = laws_of(smooth)
     assert law.coordinates["sheath_N"].middle == PRIORS["sheath_N"].unstated[0]
     assert "guide_N" not in law.coordinates
+
+
+def test_what_is_stated_as_zero_may_be_there_or_not():
+    """Play by itself, and the other numbers together; what the rig states is in all laws."""
+    play = {PLAY, "backlash_takes_up_N"}
+    laws = laws_of(replace(RIG, friction=replace(RIG.friction, sheath_N=0.0)))[:4]
+    has = [(bool(play & set(law.coordinates)), "sheath_N" in law.coordinates) for law in laws]
+    assert has == [(False, True), (True, True), (False, False), (True, False)]
+    assert all("EA_N" in law.coordinates for law in laws)
+    rigs = [law.rig_at(np.zeros(len(law.coordinates)), RIG) for law in laws]
+    assert [rig.backlash is not None for rig in rigs] == [False, True, False, True]
+    stated = laws_of(replace(RIG, backlash=Backlash(0.1)))
+    assert all(PLAY in law.coordinates and "backlash_takes_up_N" not in law.coordinates for law in stated)
+    assert laws_of(RIG, {PLAY: 0.01})[0].coordinates[PLAY].middle == 0.01  # it is there: how much, the sidecar says
 
 
 def test_notches_that_differ_are_moved_alike():
@@ -102,10 +120,10 @@ def test_the_sidecar_states_tolerances(tmp_path):
 def test_a_metal_far_below_the_plateau_is_linear():
     for amplitude_mm, names in ((2.2, ["linear", "flag"]), (0.05, ["linear"])):  # 130 MPa are the thrust's
         loop = _loop(cleaned(record(amplitude_mm)))
-        assert [law.name for law in _possible(_laws(record(), RIG), [loop])] == names
+        assert list(dict.fromkeys(law.name for law in _possible(_laws(record(), RIG), [loop]))) == names
 
 
-@pytest.mark.parametrize("k", [0, 1])
+@pytest.mark.parametrize("k", range(4))
 def test_derivatives_are_those_of_runs(k):
     """Rigs moved along the steps of a rig, against rigs that are run by themselves."""
     loop = _loop(cleaned(record()))
