@@ -196,10 +196,15 @@ class Contributions:
 
     @property
     def residual_percent(self) -> float | None:
-        """Loop width with tendon elasticity off, over the full width: what a stiffened tendon still contributes."""
+        """Loop width with tendon elasticity off, over the full width: what a stiffened tendon still contributes.
+
+        Without the loop of the play, which remains.
+        """
         if self.whole.is_flat:
             return None
-        return 100 * self.loops[frozenset({"friction", "material"})].width_deg / self.whole.width_deg
+        values = self.values("width_deg")
+        play = values[SETS[0]] if self.has_play else 0.0
+        return 100 * max(0.0, values[frozenset({"friction", "material"})] - play) / self.whole.width_deg
 
 
 def divide(v: Value) -> dict[str, float]:

@@ -441,16 +441,17 @@ def _of_laws(drawn: Sequence[_Drawn], weights: Floats) -> dict[str, float]:
 def _parameters(law: Law, z: Floats, drawn: Sequence[_Drawn], weights: Floats) -> dict[str, Parameter]:
     """Values at z, with the 95 % intervals of the draws of its law of the metal, which reach to the value.
 
-    What a draw does not have is 0; no interval reaches below that.
+    A number that may be 0 is 0 in a draw that does not have it; no interval reaches below that.
     """
-    own = [k for k, one in enumerate(drawn) if one.law.name == law.name]
-    values, share = [drawn[k].law.values(drawn[k].z) for k in own], weights[own] / weights[own].sum()
+    own = [(one.law.values(one.z), w) for one, w in zip(drawn, weights, strict=True) if one.law.name == law.name]
     best, found = law.values(z), {}
-    for name in [name for name in PRIORS if name in best or any(name in one for one in values)]:
-        if name not in best and PRIORS[name].unstated is None:  # it belongs to a number that is 0
+    for name, prior in PRIORS.items():
+        known = [(one.get(name, 0.0), w) for one, w in own if name in one or prior.unstated is not None]
+        if not (name in best if prior.unstated is None else any(name in one for one, _ in own)):
             continue
-        value, (low, high) = best.get(name, 0.0), quantiles([one.get(name, 0.0) for one in values], share, LEVELS)
-        found[name] = Parameter(value, max(0.0, min(low, value)), max(high, value), PRIORS[name].unit)
+        values, share = (np.array(one) for one in zip(*known, strict=True))
+        value, (low, high) = best.get(name, 0.0), quantiles(values, share / share.sum(), LEVELS)
+        found[name] = Parameter(value, max(0.0, min(low, value)), max(high, value), prior.unit)
     return found
 
 

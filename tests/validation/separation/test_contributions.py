@@ -171,6 +171,7 @@ def test_play_is_a_part_of_its_own():
     assert abs(found.parts("dissipated_mJ")["play"]) < 1e-4 * found.whole.dissipated_mJ
     assert found.whole.dissipated_mJ == pytest.approx(less.whole.dissipated_mJ, rel=0.01)
     assert "play" not in without.parts("width_deg")
+    assert found.residual_percent == pytest.approx(without.residual_percent, abs=0.5)  # the play is no such residual
 
 
 @pytest.mark.slow
