@@ -24,6 +24,7 @@ from fem_models.rig import Rig, RigError, preset
 from fem_models.rig.checks import SolverError
 from hysteresis import Record
 from hysteresis.arrays import Floats
+from validation.practice.kept_lines import whole_lines
 from validation.separation import calibrate_rig, loop_program, separate
 from validation.separation.contributions import SOURCES
 from validation.separation.priors import drawn, laws_of
@@ -138,8 +139,7 @@ def covered(case: Case, seed: int, number: int, noise_deg: float) -> Covered:
 
 def kept(path: Path) -> list[Covered]:
     """Read the rigs of an earlier score; none where there is no file."""
-    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-    return [Covered(**json.loads(line)) for line in lines]
+    return [Covered(**json.loads(line)) for line in whole_lines(path)]
 
 
 def interval_of(held: int, count: int) -> tuple[float, float]:

@@ -29,6 +29,7 @@ from hysteresis import Fit, Record, identify
 from hysteresis.arrays import Floats
 from hysteresis.laws.inverse import compensating_drive
 from hysteresis.records.record import RecordError
+from validation.practice.kept_lines import whole_lines
 
 PROCESSES = 2
 LIMIT_S = 60.0
@@ -262,8 +263,7 @@ def seen_in_time(job: tuple[str, int, int]) -> Seen:
 
 def kept(path: Path) -> list[Seen]:
     """Read the cases of an earlier score; none where there is no file."""
-    lines = path.read_text().splitlines() if path.exists() else []
-    return [Seen(**json.loads(line)) for line in lines]
+    return [Seen(**json.loads(line)) for line in whole_lines(path)]
 
 
 def main() -> None:

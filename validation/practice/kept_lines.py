@@ -51,8 +51,19 @@ class Score(Generic[Case, Line]):
 
 def read_lines(path: Path, kind: type[Line]) -> list[Line]:
     """Read the cases that have a line."""
-    text = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-    return [from_plain(kind, json.loads(one), f"{path}:{at}") for at, one in enumerate(text, start=1)]
+    return [from_plain(kind, json.loads(one), f"{path}:{at}") for at, one in enumerate(whole_lines(path), start=1)]
+
+
+def whole_lines(path: Path) -> list[str]:
+    """Lines of the file of a score, none where there is no file.
+
+    A last line without its end, of a score that was stopped while it wrote, is taken off the file.
+    """
+    text = path.read_text(encoding="utf-8") if path.exists() else ""
+    whole = text[: text.rfind("\n") + 1]
+    if whole != text:
+        path.write_text(whole, encoding="utf-8")
+    return whole.splitlines()
 
 
 def append(path: Path, line: object) -> None:

@@ -33,3 +33,13 @@ def test_the_clean_makes_are_those_of_the_gate_and_lines_are_read_back(tmp_path)
     append(tmp_path / "claims.jsonl", one)
     assert read_lines(tmp_path / "claims.jsonl", Claims) == [one]
     assert read_lines(tmp_path / "none.jsonl", Claims) == []
+
+
+def test_a_line_that_a_stop_tore_is_drawn_again(tmp_path):
+    path, one = tmp_path / "claims.jsonl", line(0, "lumped", ("", "", "gravity"))
+    append(path, one)
+    with path.open("a", encoding="utf-8") as file:
+        file.write('{"row": "clean", "se')
+    assert read_lines(path, Claims) == [one]
+    append(path, line(1, "lumped", ("", "", "")))
+    assert len(read_lines(path, Claims)) == 2
