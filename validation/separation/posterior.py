@@ -29,7 +29,8 @@ from scipy.special import ndtri
 from hysteresis.arrays import Floats
 
 _MOST_FITS = 25  # evaluations of a least squares
-_MOST_STEPS = 8  # of Newton's method for a sample
+_MOST_STEPS = 6  # of Newton's method for a sample
+_PARTS = 2  # of the way to a sample that is not found at once
 _SOLVED, _NEAR = 0.15, 1.0  # standard deviations that a sample is off: enough, and at most
 
 
@@ -90,8 +91,24 @@ def sampled(target: Target, best: Optimum, count: int, rng: np.random.Generator)
 
 
 def _sample(target: Target, start: Floats, factors: tuple[Floats, Floats], xi: Floats) -> Sample | None:
-    q, tangent = factors[0].T, factors[1].copy()
-    z = start + np.linalg.solve(tangent, xi)
+    """Solve for one xi: at once, or where that fails a part of the way at a time, with a Jacobian at each."""
+    q, tangent = factors[0].T, factors[1]
+    size, z, h = _solved(target, q, xi, start + np.linalg.solve(tangent, xi), tangent)
+    if size > _SOLVED:
+        z = start
+        for part in np.arange(1, _PARTS + 1) / _PARTS:
+            z = z + np.linalg.solve(tangent, part * xi - q @ target.residual(z))
+            size, z, h = _solved(target, q, part * xi, z, tangent)
+            tangent = q @ target.columns(z)
+    if size > _NEAR:
+        return None
+    across = q @ h
+    _, log_det = np.linalg.slogdet(q @ target.columns(z))
+    return Sample(z, -0.5 * float(h @ h - across @ across) - float(log_det))
+
+
+def _solved(target: Target, q: Floats, xi: Floats, z: Floats, tangent: Floats) -> tuple[float, Floats, Floats]:
+    """Newton's method for Q' H = xi from z with a Jacobian that is updated; give what is still off, z and H there."""
     h = target.residual(z)
     off, nearest = q @ h - xi, (math.inf, z, h)
     for _ in range(_MOST_STEPS):
@@ -105,14 +122,9 @@ def _sample(target: Target, start: Floats, factors: tuple[Floats, Floats], xi: F
             step *= 0.5
             new = target.residual(z + step)
         moved = q @ new - xi
-        tangent += np.outer(moved - off - tangent @ step, step) / float(step @ step)  # Broyden's update
+        tangent = tangent + np.outer(moved - off - tangent @ step, step) / float(step @ step)  # Broyden's update
         z, h, off = z + step, new, moved
-    size, z, h = nearest
-    if size > _NEAR:
-        return None
-    across = q @ h
-    _, log_det = np.linalg.slogdet(q @ target.columns(z))
-    return Sample(z, -0.5 * float(h @ h - across @ across) - float(log_det))
+    return nearest
 
 
 def about(best: Optimum, count: int, rng: np.random.Generator) -> list[Sample]:

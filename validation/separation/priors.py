@@ -7,6 +7,7 @@ a rig drawn from the prior is one vector z, shape (p,), and any z is a possible 
     logit    value of 0 to 1, ln(value/(1 - value)) = that of the stated one + spread z
     plain    value = stated + spread z
     range    value = low + (high - low) Phi(z), uniform between two ends; for a law that the rig does not state
+    above 0  value = median ln(1 + exp(spread z))/ln 2, which is nearly straight above the median; for play
 
 Numbers that a rig states as 0, as a sheath without friction, may be 0 or not known: there is a law (:class:`Law`) in
 which they are 0, and one in which each has a wider prior of its own. Play of the drive is such a number by itself.
@@ -29,7 +30,7 @@ from fem_models.rig.metal import METAL_RANGES
 from hysteresis.arrays import Floats
 from hysteresis.messages import quoted
 
-Shape = Literal["log", "logit", "plain", "range"]
+Shape = Literal["log", "logit", "plain", "range", "above 0"]
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,8 @@ class Prior:
         How the number is measured by itself.
     unstated
         Median and spread of a rig that has it, where the rig states 0; None where 0 cannot be, or is kept.
+    unstated_shape
+        Shape where the rig states 0, if it is another one.
     """
 
     unit: str
@@ -58,6 +61,7 @@ class Prior:
     source: str
     how: str
     unstated: tuple[float, float] | None = None
+    unstated_shape: Shape | None = None
 
 
 _UNKNOWN = "friction is not on a drawing: a factor of 5 either way is two standard deviations; assumed"
@@ -87,7 +91,8 @@ PRIORS: Mapping[str, Prior] = {
     "free_length_mm": Prior("mm", "log", 0.02, "3 mm of 150 mm, by tape along a curved path; assumed", "measure it"),
     "backlash_mm": Prior(
         "mm", "log", 0.5, "of gears, couplings and fixings, and of tendons in their holes: no drawing has it; assumed",
-        "hold the tube and turn the drive there and back: a dial gauge on the wheel", (0.15, 1.2),
+        "turn the drive there and back: how far it moves before the tip, or a tendon's tension, does",
+        (0.04, 1.0), "above 0",
     ),
     "backlash_takes_up_N": Prior(
         "N", "log", 1.5, "the preload that halves the play: none is known; assumed", "the same at another preload"
@@ -126,7 +131,10 @@ _CLOSE_TO_ONE = 1e-6
 
 
 def stated_values(rig: Rig) -> dict[str, float]:
-    """Values of :data:`PRIORS` in a rig; tendon a stands for both, the notch at the base for all."""
+    """Values of :data:`PRIORS` in a rig; tendon a stands for both, the notch at the base for all.
+
+    Of the backlash it is the width that the preload leaves.
+    """
     dry, metal, tendon, play = rig.friction, rig.material, rig.tendon_a, rig.backlash or NO_PLAY
     values = {
         "sheath_N": dry.sheath_N,
@@ -135,7 +143,7 @@ def stated_values(rig: Rig) -> dict[str, float]:
         "EA_N": tendon.EA_N,
         "toe_N": tendon.toe_N,
         "free_length_mm": tendon.free_length_mm,
-        "backlash_mm": play.width_mm,
+        "backlash_mm": float(play.left_mm(rig.preload_N)),
         "moment_arm_mm": tendon.moment_arm_mm,
     }
     if play.takes_up_N is not None:
@@ -154,8 +162,10 @@ def stated_values(rig: Rig) -> dict[str, float]:
     return values if law is None else values | {name: getattr(law, name) for name in FLAG}
 
 
-def with_values(rig: Rig, values: Mapping[str, float]) -> Rig:
+def with_values(rig: Rig, values: Mapping[str, float], preload_N: float | None = None) -> Rig:
     """Replace some of :data:`PRIORS` in a rig; both tendons get the same, but arms and depths are moved alike.
+
+    The backlash of ``values`` is what ``preload_N`` leaves, by default the preload of the rig.
 
     Raises
     ------
@@ -166,9 +176,6 @@ def with_values(rig: Rig, values: Mapping[str, float]) -> Rig:
     further = values.get("moment_arm_mm", rig.tendon_a.moment_arm_mm) - rig.tendon_a.moment_arm_mm
     tendons = [replace(one, moment_arm_mm=one.moment_arm_mm + further, **of_tendon) for one in rig.tendons]
 
-    keys = zip(("width_mm", "takes_up_N"), _OF_PLAY, strict=True)
-    play = replace(rig.backlash or NO_PLAY, **{key: values[name] for key, name in keys if name in values})
-
     def of(part: Any, names: tuple[str, ...]) -> Any:
         return replace(part, **{name: values[name] for name in names if name in values})
 
@@ -178,10 +185,20 @@ def with_values(rig: Rig, values: Mapping[str, float]) -> Rig:
         material=of(rig.material, (*LOOP, "youngs_modulus_GPa")),
         tendon_a=tendons[0],
         tendon_b=tendons[1] if len(tendons) == 2 else None,
-        backlash=play if play.width_mm > 0 else rig.backlash,
+        backlash=_with_backlash(rig, values, rig.preload_N if preload_N is None else preload_N),
         joint=_with_joint(rig, values),
         superelastic=None if rig.superelastic is None else of(rig.superelastic, FLAG),
     )
+
+
+def _with_backlash(rig: Rig, values: Mapping[str, float], preload_N: float) -> Backlash | None:
+    if not any(name in values for name in _OF_PLAY):
+        return rig.backlash
+    stated = rig.backlash or NO_PLAY
+    play = replace(stated, takes_up_N=values.get("backlash_takes_up_N", stated.takes_up_N))
+    left = values.get(PLAY, float(stated.left_mm(preload_N)))
+    wide = replace(play, width_mm=left / float(replace(play, width_mm=1.0).left_mm(preload_N)))
+    return wide if wide.width_mm > 0 else rig.backlash
 
 
 def _with_joint(rig: Rig, values: Mapping[str, float]) -> NotchedTube | MeasuredJoint:
@@ -221,6 +238,8 @@ class Coordinate:
                 return min(odds / (1 + odds), 1 - _CLOSE_TO_ONE)
             case "plain":
                 return self.middle + self.spread * z
+            case "above 0":
+                return self.middle * math.log1p(math.exp(self.spread * z)) / math.log(2)
             case "range":
                 return self.ends[0] + (self.ends[1] - self.ends[0]) * float(ndtr(z))
 
@@ -230,10 +249,11 @@ class Law:
     """A law of the metal, with the coordinates of all numbers of the rig that are not known exactly.
 
     ``metal`` takes the place of the stated law: None keeps it. Several laws of the same ``name`` differ in which of the
-    numbers that the rig states as 0 have a coordinate.
+    numbers that the rig states as 0 have a coordinate. ``preload_N`` is that at which its backlash is known.
     """
 
     name: str
+    preload_N: float
     coordinates: Mapping[str, Coordinate]
     metal: Superelastic | None = None
 
@@ -255,7 +275,7 @@ class Law:
         RigError
             No rig has these values.
         """
-        return with_values(self.on(rig), self.values(z))
+        return with_values(self.on(rig), self.values(z), self.preload_N)
 
 
 def laws_of(rig: Rig, tolerance: Mapping[str, object] | None = None) -> tuple[Law, ...]:
@@ -281,10 +301,10 @@ def laws_of(rig: Rig, tolerance: Mapping[str, object] | None = None) -> tuple[La
             raise RigError(f"rig.tolerance.{name}: expected one of {', '.join(known)}")
         if isinstance(size, bool) or not isinstance(size, int | float) or not 0 < size < math.inf:
             raise RigError(f"rig.tolerance.{name} = {quoted(size)}: expected a standard deviation above 0")
-    stated = Law("linear" if rig.superelastic is None else "flag", _coordinates(rig, tolerance))
+    stated = Law("linear" if rig.superelastic is None else "flag", rig.preload_N, _coordinates(rig, tolerance))
     metals = [stated]
     if rig.superelastic is None and isinstance(rig.joint, NotchedTube):
-        flag = Law("flag", {}, Superelastic())
+        flag = Law("flag", rig.preload_N, {}, Superelastic())
         metals.append(replace(flag, coordinates=_coordinates(flag.on(rig), tolerance, states_flag=False)))
     return tuple(law for metal in metals for law in _with_and_without(metal))
 
@@ -316,7 +336,7 @@ def _coordinates(
         elif value > 0:
             found[name] = Coordinate(prior.shape, value, prior.spread)
         elif prior.unstated is not None:
-            found[name] = Coordinate(prior.shape, *prior.unstated, may_be_none=True)
+            found[name] = Coordinate(prior.unstated_shape or prior.shape, *prior.unstated, may_be_none=True)
     if rig.superelastic is not None and rig.material.loop_share == 0:
         found = {name: one for name, one in found.items() if name not in LOOP}
     if rig.preload_N == 0:  # a tendon without tension cannot have a toe region
