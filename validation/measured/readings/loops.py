@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -51,6 +52,7 @@ class Loops:
     apart_deg: float
 
 
+@lru_cache
 def static_program(amplitude_mm: float = AMPLITUDE_MM, step_mm: float = STEP_MM) -> LoadProgram:
     """First quarter and one cycle of the point-by-point test, with times."""
     program = triangle(amplitude_mm, step_mm=step_mm)
@@ -59,6 +61,7 @@ def static_program(amplitude_mm: float = AMPLITUDE_MM, step_mm: float = STEP_MM)
     )
 
 
+@lru_cache
 def fast_program() -> LoadProgram:
     """First quarter and two cycles of the 1 Hz sine."""
     return sine(AMPLITUDE_MM, RATE_HZ, cycles=CYCLES, samples_per_cycle=SAMPLES)

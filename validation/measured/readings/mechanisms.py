@@ -100,6 +100,11 @@ SETS: Mapping[str, MechanismSet] = {
     ),
 }
 """Sets in the order of the page."""
+SAMPLED: Mapping[str, MechanismSet] = {
+    "Jenkins, toe, play taken up, all friction": MechanismSet({**_J, **_ALONG, **TOE, **PLAY}),
+    "flag, toe, play taken up, all friction": MechanismSet({**_F, **_ALONG, **TOE, **PLAY}, _NO_LOOP),
+}
+"""The two laws of the metal with all that the static statements may need."""
 
 
 @dataclass(frozen=True)

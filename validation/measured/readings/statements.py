@@ -41,6 +41,10 @@ MET = 2.0
 FULL, W10, W20 = "45 deg at 2.2 mm", "width at 10 N", "width at 20 N"
 CENTRE_WIDEST, END_LEAST, SAME = "widest at the least force", "least at the largest bend", "the same at 1.1 mm"
 PEAK, APART = "peak at 1 Hz", "1 Hz by the static law"
+STATIC_SIZE = 9
+"""Residuals of the static statements, which come first."""
+HUNDREDTH_DEG = 0.005
+"""The paper's widths have hundredths: what is wider by less than half of one is as wide."""
 STATEMENTS = (FULL, W10, W20, CENTRE_WIDEST, END_LEAST, SAME, PEAK, APART)
 
 
@@ -113,7 +117,7 @@ def judge(loops: Loops, reading: str) -> Judged:
     met = {}
     for name, row in found.items():
         if name in words:
-            met[name] = all(words[name](one)[1] > 0 for one in (loops.low, loops.high))
+            met[name] = all(words[name](one)[1] > -HUNDREDTH_DEG for one in (loops.low, loops.high))
         elif name == APART:
             met[name] = row[0] == 0
         else:
