@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import argparse
 
-from docs.make.readings.stored import PARTS
+from docs.make.readings.page import PAGE, page
+from docs.make.readings.stored import PARTS, read
+from hysteresis.files import write_files
 
 
 def _tell(text: str) -> None:
@@ -20,6 +22,7 @@ def main() -> None:
     parser.add_argument("parts", nargs="*", choices=[*PARTS, []])
     for part in parser.parse_args().parts:
         PARTS[part](_tell)
+    write_files({PAGE: page(read())})
 
 
 if __name__ == "__main__":

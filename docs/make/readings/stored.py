@@ -10,13 +10,27 @@ from docs.make.pages import DOCS
 from hysteresis.files import write_files
 from hysteresis.plain import from_plain, to_plain
 from validation.measured.readings.fit import SetFit, fit_set
+from validation.measured.readings.layer_errors import MemberErrors, evenly, member_errors
 from validation.measured.readings.mechanisms import SAMPLED, SETS
 from validation.measured.readings.paper_table import FACTORS, PaperTable, paper_table
 from validation.measured.readings.posterior import Samples, SampleSettings, sample
+from validation.measured.readings.shares import constant_ranges, share_ranges
+from validation.separation.ensemble import Range
 
 STORED = DOCS / "validation" / "readings.json"
 STARTS, SEED = 4, 1
+DIVIDED, FITTED = 60, 12
+"""Members of a set and a reading whose loops are divided, and to which equation 7 is fitted."""
 Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Ranges:
+    """90 % ranges over members that meet all static statements: constants of all, shares of ``divided`` of them."""
+
+    constants: Mapping[str, Range]
+    shares: Mapping[str, Range]
+    divided: int
 
 
 @dataclass(frozen=True)
@@ -26,6 +40,8 @@ class Stored:
     table: PaperTable | None = None
     sets: Mapping[str, Mapping[str, SetFit]] = field(default_factory=dict)
     samples: Mapping[str, Mapping[str, Samples]] = field(default_factory=dict)
+    ranges: Mapping[str, Mapping[str, Ranges]] = field(default_factory=dict)
+    layer: Mapping[str, Mapping[str, tuple[MemberErrors, ...]]] = field(default_factory=dict)
 
 
 def read() -> Stored:
@@ -67,4 +83,37 @@ def make_samples(tell: Tell) -> None:
             write(replace(stored, samples={**stored.samples, name: {**stored.samples.get(name, {}), one: found}}))
 
 
-PARTS: Mapping[str, Callable[[Tell], None]] = {"table": make_table, "sets": make_sets, "samples": make_samples}
+def make_ranges(tell: Tell) -> None:
+    """Work out ranges of constants and shares over the members."""
+    stored = read()
+    found: dict[str, dict[str, Ranges]] = {}
+    for name, samples in stored.samples.items():
+        for one, drawn in samples.items():
+            members = drawn.members(meeting=True)
+            divided = evenly(members, DIVIDED)
+            ranges = Ranges(constant_ranges(members), share_ranges(divided), len(divided))
+            found.setdefault(name, {})[one] = ranges
+            tell(f"{name}, {one}: {len(members)} members, {len(divided)} divided")
+    write(replace(stored, ranges=found))
+
+
+def make_layer(tell: Tell) -> None:
+    """Fit equation 7 to the loops of members."""
+    stored = read()
+    found: dict[str, dict[str, tuple[MemberErrors, ...]]] = {}
+    for name, samples in stored.samples.items():
+        for one, drawn in samples.items():
+            chosen = evenly(drawn.members(meeting=True), FITTED)
+            errors = tuple(member_errors(member, one, SEED + k) for k, member in enumerate(chosen))
+            found.setdefault(name, {})[one] = errors
+            tell(f"{name}, {one}: {len(errors)} members fitted")
+    write(replace(stored, layer=found))
+
+
+PARTS: Mapping[str, Callable[[Tell], None]] = {
+    "table": make_table,
+    "sets": make_sets,
+    "samples": make_samples,
+    "ranges": make_ranges,
+    "layer": make_layer,
+}

@@ -71,7 +71,9 @@ class PaperTable:
     measured widths that the largest error allows. ``near_end_from_deg``: least width at 0.9 of the stroke that it
     allows. ``from_normalised_deg``: least largest width that 0.0133 allows as a root mean square over the reference,
     ``from_normalised_by_range_deg`` over the range. ``between_tests_deg``: largest difference between the loops of the
-    two tests that the two largest errors allow, if the same constants predict both, as in the paper.
+    two tests that the two largest errors allow, if the same constants predict both, as in the paper. ``lag_of_peak_ms``,
+    ``lag_of_peak_deg``: time constant of a linear first-order lag at 1 Hz that lowers the peak to the middle of
+    ``peak_ratio``, and how far it puts the angle behind at the middle of the stroke.
     """
 
     model_width_deg: float
@@ -85,6 +87,8 @@ class PaperTable:
     from_normalised_deg: float
     from_normalised_by_range_deg: float
     between_tests_deg: float
+    lag_of_peak_ms: float
+    lag_of_peak_deg: float
     readings: tuple[OfReading, ...]
 
 
@@ -131,18 +135,23 @@ def paper_table() -> PaperTable:
     near_end = float(np.interp(NEAR_THE_END * FULL_SCALE_DEG, f, width))
     static, dynamic = (reference(*pair) for pair in zip(LARGEST_DEG, PERCENT, strict=True))
     middle = LARGEST_DEG[0] / PERCENT[0] * 100
+    ratio = (dynamic.low_deg / static.high_deg, dynamic.high_deg / static.low_deg)
+    peak = sum(ratio) / 2
+    phase = math.sqrt(1 / peak**2 - 1)  # of a lag of time constant t: 2 pi t at 1 Hz
     return PaperTable(
         model_width_deg=widest,
         model_width_near_end_deg=near_end,
         model_lag_deg=float(rising[len(f) // 4 :].mean()),
         static=static,
         dynamic=dynamic,
-        peak_ratio=(dynamic.low_deg / static.high_deg, dynamic.high_deg / static.low_deg),
+        peak_ratio=ratio,
         by_largest_deg=(widest - limit, widest + limit),
         near_end_from_deg=near_end - limit,
         from_normalised_deg=_width_of_rms(width, NORMALISED[0] * middle),
         from_normalised_by_range_deg=_width_of_rms(width, NORMALISED[0] * 2 * FULL_SCALE_DEG),
         between_tests_deg=math.fsum(LARGEST_DEG),
+        lag_of_peak_ms=1e3 * phase / (2 * math.pi),
+        lag_of_peak_deg=FULL_SCALE_DEG * math.sin(math.atan(phase)) * peak,
         readings=tuple(
             _of_reading(width, name, factor, preload, middle)
             for name, factor in FACTORS.items()
