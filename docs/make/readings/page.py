@@ -88,7 +88,10 @@ def numbers_table(paper: PaperTable) -> str:
     fast = [paper.model_width_deg + sign * 2 * LARGEST_DEG[1] for sign in (-1, 1)]
     rows = [
         row("loop width, deg", lambda one: f"{one.width_deg:.2f}"),
-        row("the same along the drive, mm (45 deg at 2.2 mm)", lambda o: f"{o.width_deg * DRIVE_MM / FULL_SCALE_DEG:.2f}"),
+        row(
+            "the same along the drive, mm (45 deg at 2.2 mm)",
+            lambda o: f"{o.width_deg * DRIVE_MM / FULL_SCALE_DEG:.2f}",
+        ),
         row(
             f"less the loop of equation 10, {paper.model_width_deg:.2f} deg",
             lambda one: f"{one.width_deg - paper.model_width_deg:+.2f}",
@@ -159,7 +162,8 @@ def samples_table(samples: Mapping[str, Mapping[str, Samples]]) -> str:
             static = {key: count for key, count in one.met.items() if key != PEAK}
             least = min(static, key=lambda key: static[key])
             rows.append([
-                name, reading, f"{one.walkers} x {one.steps:,}", f"{100 * one.accepted:.0f} %", f"{one.steps_a_draw:.0f}",
+                name, reading, f"{one.walkers} x {one.steps:,}", f"{100 * one.accepted:.0f} %",
+                f"{one.steps_a_draw:.0f}",
                 f"{one.effective:.0f}", f"{one.r_hat:.2f}", f"{sum(one.meets)} of {len(one.meets)}",
                 f"{least}, {static[least]}",
             ])  # fmt: skip
@@ -201,7 +205,7 @@ def _error_cells(found: Sequence[LoopErrors], test: int) -> list[str]:
 
 
 def layer_table(layer: Mapping[str, Mapping[str, tuple[MemberErrors, ...]]]) -> str:
-    """Static errors of equation 7 by reading and preload, and those of equation 8 as fitness."""
+    """Format static errors of equation 7 by reading and preload, and those of equation 8 as fitness."""
     rows = [["Table 1, measured", "", *(f"{limit[0]}" for limit in (LARGEST_DEG, PERCENT, NORMALISED))]]
     for reading in _READINGS:
         found = _each(layer, reading)

@@ -18,8 +18,8 @@ from validation.measured.readings.shares import constant_ranges, share_ranges
 from validation.separation.ensemble import Range
 
 STORED = DOCS / "validation" / "readings.json"
-STARTS, SEED = 4, 1
-DIVIDED, FITTED = 60, 12
+STARTS, SEED = 3, 1
+DIVIDED, FITTED = 30, 6
 """Members of a set and a reading whose loops are divided, and to which equation 7 is fitted."""
 Tell = Callable[[str], None]
 

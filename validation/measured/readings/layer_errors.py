@@ -101,9 +101,7 @@ def member_errors(constants: Mapping[str, float], reading: str, seed: int) -> Me
     return MemberErrors(static, by_equation_8, _fast_test(constants, reading, fits[20.0], np.random.default_rng(seed)))
 
 
-def _fast_test(
-    constants: Mapping[str, float], reading: str, fit: Fit, random: np.random.Generator
-) -> FastTest | None:
+def _fast_test(constants: Mapping[str, float], reading: str, fit: Fit, random: np.random.Generator) -> FastTest | None:
     """Draw rate constants from their priors until the two tests are as near as Table 1 says; None if none are."""
     flag = "superelastic.plateau_MPa" in constants
     priors = {**DRAG, **CAMERA, **(HEATING if flag else {})}
@@ -119,9 +117,7 @@ def _fast_test(
         predicted = fit.predict(fast_program().drive_mm)
         errors = loop_errors(angle[-SAMPLES - 1 :], predicted[-SAMPLES - 1 :])
         still = _zeros(loops.high.drive_mm, loops.high.up_deg), _zeros(loops.high.drive_mm, loops.high.down_deg)
-        return FastTest(
-            drawn, errors, loops.peak_ratio, judged.met[PEAK], loops.apart_deg, _late_ms(angle, still)
-        )
+        return FastTest(drawn, errors, loops.peak_ratio, judged.met[PEAK], loops.apart_deg, _late_ms(angle, still))
     return None
 
 

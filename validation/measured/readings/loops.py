@@ -56,9 +56,7 @@ class Loops:
 def static_program(amplitude_mm: float = AMPLITUDE_MM, step_mm: float = STEP_MM) -> LoadProgram:
     """First quarter and one cycle of the point-by-point test, with times."""
     program = triangle(amplitude_mm, step_mm=step_mm)
-    return LoadProgram(
-        program.drive_mm, time_s=SECONDS_A_STEP * np.arange(program.drive_mm.size), cycle=program.cycle
-    )
+    return LoadProgram(program.drive_mm, time_s=SECONDS_A_STEP * np.arange(program.drive_mm.size), cycle=program.cycle)
 
 
 @lru_cache
@@ -74,7 +72,7 @@ def has_rate(rig: Rig) -> bool:
 
 
 def static_loop(rig: Rig, amplitude_mm: float = AMPLITUDE_MM, step_mm: float = STEP_MM) -> Loop:
-    """Closed loop of the static test.
+    """Run the static test and give its closed loop.
 
     Raises
     ------
@@ -109,15 +107,19 @@ def _compared(fast_deg: Floats, static: Loop) -> tuple[float, float]:
     return float(angle.max() / max(static.up_deg.max(), static.down_deg.max())), float(apart)
 
 
-def loops_of(rig: Rig, camera: Mapping[str, float] | None = None, step_mm: float = STEP_MM) -> Loops:
+def loops_of(
+    rig: Rig, camera: Mapping[str, float] | None = None, step_mm: float = STEP_MM, low: Loop | None = None
+) -> Loops:
     """Run the paper's tests on a rig; ``camera`` may hold the delay of the sensor, ``delay_ms``.
+
+    ``low`` is the loop at 10 N, if it is known.
 
     Raises
     ------
     SolverError, RigError
         From the chain.
     """
-    low = static_loop(replace(rig, preload_N=10.0), step_mm=step_mm)
+    low = low or static_loop(replace(rig, preload_N=10.0), step_mm=step_mm)
     rig = replace(rig, preload_N=20.0)
     high, smaller = static_loop(rig, step_mm=step_mm), static_loop(rig, SMALLER_MM, step_mm)
     delay = (camera or {}).get("delay_ms", 0.0)

@@ -16,7 +16,6 @@ from hysteresis.arrays import Floats
 from validation.measured.ensemble.priors import COMMON, FLAG, JENKINS, PLAY, TOE, Prior
 
 
-
 @dataclass(frozen=True)
 class MechanismSet:
     """Constants with their priors by name, and those that are fixed."""
@@ -77,7 +76,9 @@ SETS: Mapping[str, MechanismSet] = {
     "sheath, Jenkins, play that preload takes up": MechanismSet({**_J, **PLAY}, {**_BARE, **_NO_TOE}),
     "sheath, Jenkins, toe": MechanismSet({**_J, **TOE}, _BARE),
     "sheath, Jenkins, toe, play taken up": MechanismSet({**_J, **TOE, **PLAY}, _BARE),
-    "sheath, toe, play taken up, linear metal": MechanismSet({**_TUBE, **_SHEATH, **TOE, **PLAY}, {**_BARE, **_NO_LOOP}),
+    "sheath, toe, play taken up, linear metal": MechanismSet(
+        {**_TUBE, **_SHEATH, **TOE, **PLAY}, {**_BARE, **_NO_LOOP}
+    ),
     "capstan, guides, Jenkins, toe": MechanismSet({**_TUBE, **_ALONG, **JENKINS, **TOE}, {"friction.sheath_N": 0.0}),
     "capstan, guides, Jenkins, toe, play taken up": MechanismSet(
         {**_TUBE, **_ALONG, **JENKINS, **TOE, **PLAY}, {"friction.sheath_N": 0.0}
@@ -94,7 +95,9 @@ SETS: Mapping[str, MechanismSet] = {
     "sheath, Jenkins, toe, play taken up, drag": MechanismSet({**_J, **TOE, **PLAY, **DRAG}, _BARE),
     "sheath, Jenkins, toe, play taken up, weakening": MechanismSet({**_J, **TOE, **PLAY, **WEAKENING}, _BARE),
     "sheath, Jenkins, toe, play taken up, camera's delay": MechanismSet({**_J, **TOE, **PLAY, **CAMERA}, _BARE),
-    "sheath, flag, toe, play taken up, self-heating": MechanismSet({**_F, **TOE, **PLAY, **HEATING}, {**_BARE, **_NO_LOOP}),
+    "sheath, flag, toe, play taken up, self-heating": MechanismSet(
+        {**_F, **TOE, **PLAY, **HEATING}, {**_BARE, **_NO_LOOP}
+    ),
     "sheath, flag and Jenkins, toe, play, all of rate": MechanismSet(
         {**_F, **JENKINS, **TOE, **PLAY, **_RATES, **WEAKENING, **HEATING}, _BARE
     ),
@@ -131,4 +134,3 @@ def rig_of(constants: Mapping[str, float]) -> Chosen:
         rig = replace(rig, tendon_b=replace(rig.tendon_a, **change))
     camera = {name.removeprefix("camera."): v for name, v in constants.items() if name.startswith("camera.")}
     return Chosen(rig, camera)
-

@@ -71,9 +71,9 @@ class PaperTable:
     measured widths that the largest error allows. ``near_end_from_deg``: least width at 0.9 of the stroke that it
     allows. ``from_normalised_deg``: least largest width that 0.0133 allows as a root mean square over the reference,
     ``from_normalised_by_range_deg`` over the range. ``between_tests_deg``: largest difference between the loops of the
-    two tests that the two largest errors allow, if the same constants predict both, as in the paper. ``lag_of_peak_ms``,
-    ``lag_of_peak_deg``: time constant of a linear first-order lag at 1 Hz that lowers the peak to the middle of
-    ``peak_ratio``, and how far it puts the angle behind at the middle of the stroke.
+    two tests that the two largest errors allow, if the same constants predict both, as in the paper.
+    ``lag_of_peak_ms``, ``lag_of_peak_deg``: time constant of a linear first-order lag at 1 Hz that lowers the peak to
+    the middle of ``peak_ratio``, and how far it puts the angle behind at the middle of the stroke.
     """
 
     model_width_deg: float
@@ -101,7 +101,7 @@ def reference(largest_deg: float, percent: float) -> Reference:
 
 
 def model_loop() -> tuple[Floats, Floats, Floats]:
-    """Closed loop of equation 10 over +-45 deg: f increasing, h rising and h falling, shapes (k,)."""
+    """Give the closed loop of equation 10 over +-45 deg: f increasing, h rising and h falling, shapes (k,)."""
     up = np.linspace(-FULL_SCALE_DEG, FULL_SCALE_DEG, _POINTS)
     path = np.concatenate([up, up[::-1][1:], up[1:], up[::-1][1:]])
     h = hysteresis(path, EQUATION_10)

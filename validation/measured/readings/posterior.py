@@ -18,12 +18,12 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.special import expit, log_expit, logit
 
-from fem_models.rig import RigError
+from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats
 from validation.measured.ensemble.priors import Prior
 from validation.measured.readings.fit import COARSE_MM, Residuals
-from validation.measured.readings.loops import loops_of, static_loop
+from validation.measured.readings.loops import Loop, loops_of, static_loop
 from validation.measured.readings.mechanisms import MechanismSet, rig_of
 from validation.measured.readings.paper_table import FACTORS, WIDTHS_DEG
 from validation.measured.readings.statements import (
@@ -51,8 +51,8 @@ _START_RUNS, _START_CHI_SQUARE = 15, 60.0
 class SampleSettings:
     """Walkers of an ensemble, its steps, members that are kept, and the seed."""
 
-    walkers: int = 32
-    steps: int = 1000
+    walkers: int = 24
+    steps: int = 400
     members: int = 200
     seed: int = 1
 
@@ -103,51 +103,64 @@ class Density:
         self.free = tuple(name for name in mechanisms.names if name != SOLVED)
         self.size = len(self.free) + 1
 
-    def constants(self, z: Floats) -> tuple[dict[str, float], float] | None:
-        """Constants, and d ln friction/d width in 1/deg; None where no friction within its prior gives the width."""
+    def solved(self, z: Floats) -> Solved | None:
+        """Solve for the friction; None where no friction within its prior gives the width.
+
+        Raises
+        ------
+        RigError, SolverError
+            Of the rig.
+        """
         priors = self.mechanisms.priors
         pairs = zip(self.free, expit(z), strict=False)
         values = {name: float(priors[name].at(q)) for name, q in pairs} | dict(self.mechanisms.fixed)
-        factor = FACTORS[self.reading]
-        goal = factor * (WIDTHS_DEG[10.0] + READ_DEG / MET * float(z[-1]))
-        rig = replace(rig_of(values).rig, preload_N=10.0)
-
-        def off(friction_N: float) -> float:
-            one = replace(rig, friction=replace(rig.friction, sheath_N=friction_N))
-            return float(static_loop(one, step_mm=COARSE_MM).width_deg.max()) - goal
-
-        found = _root(off, priors[SOLVED])
-        if found is None:
-            return None
-        friction, slope = found
-        return values | {SOLVED: friction}, 1 / abs(slope * friction)
+        goal = FACTORS[self.reading] * (WIDTHS_DEG[10.0] + READ_DEG / MET * float(z[-1]))
+        return _solved(values, replace(rig_of(values).rig, preload_N=10.0), goal, priors[SOLVED])
 
     def __call__(self, z: Floats) -> float:
+        """Logarithm of the density, not normalised; -inf where there is no such rig."""
         try:
-            found = self.constants(z)
+            found = self.solved(z)
             if found is None:
                 return -np.inf
-            constants, derivative = found
-            row = residual_vector(loops_of(rig_of(constants).rig, None, COARSE_MM), self.reading)[:STATIC_SIZE]
+            loops = loops_of(found.rig, None, COARSE_MM, found.low)
         except (RigError, SolverError):
             return -np.inf
+        row = residual_vector(loops, self.reading)[:STATIC_SIZE]
         prior = float(np.sum(log_expit(z[:-1]) + log_expit(-z[:-1])))
-        return prior + float(np.log(derivative)) - 0.5 * float(row @ row)
+        return prior + float(np.log(found.derivative)) - 0.5 * float(row @ row)
 
 
-def _root(off: Callable[[float], float], prior: Prior) -> tuple[float, float] | None:
-    """Root within the prior by secants, and the slope there; the width is nearly linear in the friction."""
-    (x, y), at = _FIRST_N, [off(one) for one in _FIRST_N]
+@dataclass(frozen=True)
+class Solved:
+    """A rig with the wanted width at 10 N, its loop there, its constants, and d ln friction/d width in 1/deg."""
+
+    constants: Mapping[str, float]
+    rig: Rig
+    low: Loop
+    derivative: float
+
+
+def _solved(values: Mapping[str, float], rig: Rig, goal_deg: float, prior: Prior) -> Solved | None:
+    """Find the root within the prior by secants: the width is nearly linear in the friction."""
+
+    def tried(friction_N: float) -> tuple[Rig, Loop, float]:
+        one = replace(rig, friction=replace(rig.friction, sheath_N=friction_N))
+        low = static_loop(one, step_mm=COARSE_MM)
+        return one, low, float(low.width_deg.max()) - goal_deg
+
+    (x, y), before, last = _FIRST_N, tried(_FIRST_N[0])[2], tried(_FIRST_N[1])
     for _ in range(_SECANTS):
-        slope = (at[1] - at[0]) / (y - x)
+        slope = (last[2] - before) / (y - x)
         if slope <= 0:
             return None
-        if abs(at[1]) < _CLOSE_DEG:
-            return (y, slope) if prior.low <= y <= prior.high else None
-        x, y = y, float(np.clip(y - at[1] / slope, 0.5 * prior.low, 1.1 * prior.high))
+        if abs(last[2]) < _CLOSE_DEG:
+            inside = prior.low <= y <= prior.high
+            return Solved({**values, SOLVED: y}, last[0], last[1], 1 / (slope * y)) if inside else None
+        x, y = y, float(np.clip(y - last[2] / slope, 0.5 * prior.low, 1.1 * prior.high))
         if x == y:
             return None
-        at = [at[1], off(y)]
+        before, last = last[2], tried(y)
     return None
 
 
@@ -197,13 +210,13 @@ def split_r_hat(chains: Floats) -> float:
     return float(np.sqrt((half - 1) / half + between / within).max())
 
 
-def _members(density: Density, rows: Floats) -> list[dict[str, float]]:
-    found = [density.constants(z) for z in rows]
-    return [one[0] for one in found if one is not None]
+def _members(density: Density, rows: Floats) -> list[Mapping[str, float]]:
+    found = [density.solved(z) for z in rows]
+    return [one.constants for one in found if one is not None]
 
 
 def _starts(density: Density, random: np.random.RandomState, walkers: int) -> Floats:
-    """Ends of short least squares from draws of the prior, shape (walkers, p); the best of eight draws each."""
+    """Give ends of short least squares from draws of the prior, shape (walkers, p); the best of eight draws each."""
     found: list[Floats] = []
     residuals = Residuals(density.mechanisms, density.reading)
     names = density.mechanisms.names

@@ -1,1 +1,0 @@
-"""The page on the two readings of the paper's widths, made from figures that are stored beside it."""
