@@ -154,18 +154,18 @@ def unmet_words(sets: Mapping[str, Mapping[str, SetFit]]) -> str:
 
 def samples_table(samples: Mapping[str, Mapping[str, Samples]]) -> str:
     """One row a set and a reading: quality of the draws, and how many members meet what."""
-    head = ["set", "widths", "walkers x steps", "steps that moved", "steps a draw", "effective draws", "largest R-hat",
-            "members that meet all static statements", "statement met least often"]  # fmt: skip
+    head = ["set", "widths", "draws that show the numbers", "effective draws", "members that meet all static ones",
+            "statement met least often", "emcee: walkers x steps", "steps that moved", "steps a draw",
+            "largest R-hat"]  # fmt: skip
     rows = []
     for name, drawn in samples.items():
         for reading, one in drawn.items():
             static = {key: count for key, count in one.met.items() if key != PEAK}
             least = min(static, key=lambda key: static[key])
             rows.append([
-                name, reading, f"{one.walkers} x {one.steps:,}", f"{100 * one.accepted:.0f} %",
-                f"{one.steps_a_draw:.0f}",
-                f"{one.effective:.0f}", f"{one.r_hat:.2f}", f"{sum(one.meets)} of {len(one.meets)}",
-                f"{least}, {static[least]}",
+                name, reading, f"{100 * one.solved:.0f} % of {one.draws:,}", f"{one.effective:.0f}",
+                f"{sum(one.meets)} of {len(one.meets)}", f"{least}, {static[least]}", f"{one.walkers} x {one.steps}",
+                f"{100 * one.accepted:.0f} %", f"{one.steps_a_draw:.0f}", f"{one.r_hat:.2f}",
             ])  # fmt: skip
     return table(head, rows)
 

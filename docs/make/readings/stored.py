@@ -19,7 +19,7 @@ from validation.separation.ensemble import Range
 
 STORED = DOCS / "validation" / "readings.json"
 STARTS, SEED = 3, 1
-DIVIDED, FITTED = 30, 6
+DIVIDED, FITTED = 20, 6
 """Members of a set and a reading whose loops are divided, and to which equation 7 is fitted."""
 Tell = Callable[[str], None]
 

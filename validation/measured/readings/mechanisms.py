@@ -69,7 +69,6 @@ _NO_TOE, _NO_LOOP = {"tendon.toe_N": 0.0}, {"material.loop_share": 0.0}
 _BARE = {"friction.guide_N": 0.0, "friction.capstan_coefficient": 0.0}
 _J = {**_TUBE, **_SHEATH, **JENKINS}
 _F = {**_TUBE, **_SHEATH, **_MODULUS, **FLAG}
-_RATES = {**DRAG, **CAMERA}
 SETS: Mapping[str, MechanismSet] = {
     "sheath, Jenkins": MechanismSet(_J, {**_BARE, **_NO_TOE}),
     "sheath, Jenkins, play of the drive": MechanismSet({**_J, **_WIDTH}, {**_BARE, **_NO_TOE}),
@@ -95,11 +94,8 @@ SETS: Mapping[str, MechanismSet] = {
     "sheath, Jenkins, toe, play taken up, drag": MechanismSet({**_J, **TOE, **PLAY, **DRAG}, _BARE),
     "sheath, Jenkins, toe, play taken up, weakening": MechanismSet({**_J, **TOE, **PLAY, **WEAKENING}, _BARE),
     "sheath, Jenkins, toe, play taken up, camera's delay": MechanismSet({**_J, **TOE, **PLAY, **CAMERA}, _BARE),
-    "sheath, flag, toe, play taken up, self-heating": MechanismSet(
-        {**_F, **TOE, **PLAY, **HEATING}, {**_BARE, **_NO_LOOP}
-    ),
-    "sheath, flag and Jenkins, toe, play, all of rate": MechanismSet(
-        {**_F, **JENKINS, **TOE, **PLAY, **_RATES, **WEAKENING, **HEATING}, _BARE
+    "sheath, Jenkins, toe, play taken up, drag, weakening, delay": MechanismSet(
+        {**_J, **TOE, **PLAY, **DRAG, **CAMERA, **WEAKENING}, _BARE
     ),
 }
 """Sets in the order of the page."""

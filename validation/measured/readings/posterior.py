@@ -1,9 +1,11 @@
-"""Draws of a set's constants from what the paper's static statements say, by emcee, with what tells their quality.
+"""Draws of a set's constants from what the paper's static statements say, with what tells their quality.
 
-The likelihood is that of :mod:`validation.measured.readings.statements`; the tests at 1 Hz are left out. Priors are
-uniform in the quantiles of the set. Two ensembles of walkers start from least squares that begin at different draws of
-the prior. The widths fix one combination of the constants a hundred times better than the others, which no step finds.
-So the width at 10 N takes the place of the sheath's friction, which is solved for; its prior gets the derivative.
+Widths and full scale fix three combinations of the constants far better than the others, and no step of a sampler
+finds the bent region that is left. So the others are drawn from their priors, EA, toe region and sheath friction are
+solved for (:mod:`validation.measured.ensemble.draws`), and each draw is weighted by the likelihood of the statements in
+words (:mod:`validation.measured.readings.statements`). Resampled draws are the members. Walkers of emcee start from
+them, with the width at 10 N in place of the sheath's friction; R-hat says how far single walkers get. The tests at 1 Hz
+are left out.
 
 emcee: Foreman-Mackey et al. 2013, doi 10.1086/670067; split R-hat: Gelman et al., Bayesian Data Analysis, 2013,
 section 11.4, each walker being a chain.
@@ -15,17 +17,18 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import least_squares
 from scipy.special import expit, log_expit, logit
 
-from fem_models.rig import Rig, RigError
+from fem_models.rig import Rig, RigError, preset
 from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats
-from validation.measured.ensemble.priors import Prior
-from validation.measured.readings.fit import COARSE_MM, Residuals
+from validation.measured.ensemble.draws import draw
+from validation.measured.ensemble.facts import Facts
+from validation.measured.ensemble.priors import Model, Prior
+from validation.measured.readings.fit import COARSE_MM
 from validation.measured.readings.loops import Loop, loops_of, static_loop
 from validation.measured.readings.mechanisms import MechanismSet, rig_of
-from validation.measured.readings.paper_table import FACTORS, WIDTHS_DEG
+from validation.measured.readings.paper_table import FACTORS, FULL_SCALE_DEG, WIDTHS_DEG
 from validation.measured.readings.statements import (
     APART,
     MET,
@@ -39,20 +42,21 @@ from validation.measured.readings.statements import (
 )
 
 SOLVED = "friction.sheath_N"
+_WITH_TOE = ("tendon.EA_N", "tendon.toe_N", SOLVED)
+NUMBERS_SIZE = 4
+"""Residuals of full scale and widths, which come before those of the other static statements."""
 ENSEMBLES = 2
-BURN_IN = 0.25
-"""Part of the steps that is dropped."""
 _FIRST_N = (0.2, 1.2)  # friction at which the secants begin
 _CLOSE_DEG, _SECANTS = 1e-3, 8
-_START_RUNS, _START_CHI_SQUARE = 15, 60.0
 
 
 @dataclass(frozen=True)
 class SampleSettings:
-    """Walkers of an ensemble, its steps, members that are kept, and the seed."""
+    """Draws from the priors, a power of two; walkers of an ensemble and steps; members that are kept; the seed."""
 
+    draws: int = 1024
     walkers: int = 24
-    steps: int = 400
+    steps: int = 60
     members: int = 200
     seed: int = 1
 
@@ -62,15 +66,18 @@ class Samples:
     """Members of a set under one reading, and the quality of the draws.
 
     ``rows`` has the constants ``names`` of each member, ``meets`` whether it meets all static statements, ``met`` how
-    many members meet each. ``effective`` is the least effective sample size of a constant, ``r_hat`` the largest split
-    R-hat, ``steps_a_draw`` the longest integrated autocorrelation time in steps, ``accepted`` the share of the steps
-    that moved.
+    many members meet each. ``solved`` is the share of the draws that show the numbers, ``effective`` the number of
+    equally weighted draws (Kish) that would say as much. Of emcee: ``r_hat`` is the largest split R-hat of a constant,
+    ``steps_a_draw`` the longest integrated autocorrelation time in steps, ``accepted`` the share of the steps that
+    moved, ``walkers`` and ``steps`` their number.
     """
 
     names: tuple[str, ...]
     rows: tuple[tuple[float, ...], ...]
     meets: tuple[bool, ...]
     met: Mapping[str, int]
+    draws: int
+    solved: float
     effective: float
     r_hat: float
     steps_a_draw: float
@@ -116,6 +123,11 @@ class Density:
         values = {name: float(priors[name].at(q)) for name, q in pairs} | dict(self.mechanisms.fixed)
         goal = FACTORS[self.reading] * (WIDTHS_DEG[10.0] + READ_DEG / MET * float(z[-1]))
         return _solved(values, replace(rig_of(values).rig, preload_N=10.0), goal, priors[SOLVED])
+
+    def point(self, constants: Mapping[str, float]) -> Floats:
+        """Row of constants that show the paper's width at 10 N, shape (p,)."""
+        quantiles = [self.mechanisms.priors[name].quantile(constants[name]) for name in self.free]
+        return np.append(logit(np.clip(quantiles, 1e-6, 1 - 1e-6)), 0.0)
 
     def __call__(self, z: Floats) -> float:
         """Logarithm of the density, not normalised; -inf where there is no such rig."""
@@ -168,37 +180,85 @@ def sample(
     mechanisms: MechanismSet, reading: str, settings: SampleSettings, tell: Callable[[str], None] = lambda _: None
 ) -> Samples:
     """Draw members of a set under a reading; the same ones for a seed."""
-    import emcee  # needed where members are made
-
-    density = Density(mechanisms, reading)
-    chains, accepted = [], []
-    for k in range(ENSEMBLES):
-        random = np.random.RandomState(settings.seed + k)  # emcee's kind of generator
-        start = _starts(density, random, settings.walkers)
-        moves = [(emcee.moves.DEMove(), 0.6), (emcee.moves.StretchMove(), 0.4)]
-        sampler = emcee.EnsembleSampler(settings.walkers, density.size, density, moves=moves)
-        state = emcee.State(start, random_state=random.get_state())
-        sampler.run_mcmc(state, settings.steps, skip_initial_state_check=True)
-        chains.append(sampler.get_chain(discard=int(BURN_IN * settings.steps)))
-        accepted.append(float(np.mean(sampler.acceptance_fraction)))
-        tell(f"ensemble {k + 1}: {100 * accepted[-1]:.0f} % of the steps moved")
-    longest = [float(np.max(emcee.autocorr.integrated_time(chain, tol=0))) for chain in chains]
-    both = np.concatenate([chain.reshape(-1, chain.shape[2]) for chain in chains])
-    effective = sum(chain.shape[0] * chain.shape[1] / tau for chain, tau in zip(chains, longest, strict=True))
-    constants = _members(density, both[np.linspace(0, len(both) - 1, settings.members).astype(int)])
+    drawn, weight = weighted_draws(mechanisms, reading, settings)
+    effective = float(weight.sum() ** 2 / (weight**2).sum())
+    tell(f"{len(drawn)} of {settings.draws} draws show the numbers, {effective:.0f} effective")
+    random = np.random.RandomState(settings.seed)  # emcee's kind of generator
+    chance = weight / weight.sum()
+    constants = [drawn[k] for k in random.choice(len(drawn), settings.members, p=chance)]
     judged = [_judged(one, reading) for one in constants]
+    walk = _walked(mechanisms, reading, settings, [drawn[k] for k in random.choice(len(drawn), 64, p=chance)])
     return Samples(
         names=(names := tuple(constants[0])),
         rows=tuple(tuple(float(f"{one[name]:.6g}") for name in names) for one in constants),
         meets=tuple(met_but_peak(one) for one in judged),
         met={name: sum(one.met.get(name, False) for one in judged) for name in STATEMENTS},
+        draws=settings.draws,
+        solved=len(drawn) / settings.draws,
         effective=effective,
-        r_hat=split_r_hat(np.concatenate(chains, axis=1)),
-        steps_a_draw=max(longest),
-        accepted=float(np.mean(accepted)),
+        r_hat=walk.r_hat,
+        steps_a_draw=walk.steps_a_draw,
+        accepted=walk.accepted,
         walkers=ENSEMBLES * settings.walkers,
         steps=settings.steps,
     )
+
+
+def weighted_draws(
+    mechanisms: MechanismSet, reading: str, settings: SampleSettings
+) -> tuple[list[Mapping[str, float]], Floats]:
+    """Constants of the draws that show the numbers, and their weights, shape (k,)."""
+    model = Model(mechanisms.priors, mechanisms.fixed, _WITH_TOE)
+    low, high = (FACTORS[reading] * width for width in WIDTHS_DEG.values())
+    goal = Facts(FULL_SCALE_DEG, (low, high), (0.0, 0.0))
+    found = draw(preset("du2018"), model, settings.draws, settings.seed, goal=goal)
+    drawn, logs = [], []
+    for row in found.rows[np.isfinite(found.rows[:, 0])]:
+        values = dict(zip(found.columns, row.tolist(), strict=True))
+        constants = {name: values[name] for name in mechanisms.names} | dict(mechanisms.fixed)
+        try:
+            loops = loops_of(rig_of(constants).rig)
+        except (RigError, SolverError):
+            continue
+        said = residual_vector(loops, reading)[NUMBERS_SIZE:STATIC_SIZE]
+        drawn.append(constants)
+        logs.append(values["log_density"] - 0.5 * float(said @ said))
+    return drawn, np.exp(np.array(logs) - max(logs))
+
+
+@dataclass(frozen=True)
+class _Walk:
+    """Quality of emcee's steps."""
+
+    r_hat: float
+    steps_a_draw: float
+    accepted: float
+
+
+def _walked(
+    mechanisms: MechanismSet, reading: str, settings: SampleSettings, starts: list[Mapping[str, float]]
+) -> _Walk:
+    """Walk from members by emcee, in two ensembles."""
+    import emcee  # needed where members are made
+
+    density = Density(mechanisms, reading)
+    points = [density.point(one) for one in starts]
+    usable = np.array([z for z in points if np.isfinite(density(z))])
+    chains, accepted = [], []
+    for k in range(ENSEMBLES):
+        random = np.random.RandomState(settings.seed + k)
+        start = usable[random.choice(len(usable), settings.walkers, replace=len(usable) < settings.walkers)]
+        start = start + 1e-3 * random.standard_normal(start.shape)
+        moves = [(emcee.moves.DEMove(), 0.6), (emcee.moves.StretchMove(), 0.4)]
+        sampler = emcee.EnsembleSampler(settings.walkers, density.size, density, moves=moves)
+        state = emcee.State(start, random_state=random.get_state())
+        sampler.run_mcmc(state, settings.steps, skip_initial_state_check=True)
+        chains.append(sampler.get_chain())
+        accepted.append(float(np.mean(sampler.acceptance_fraction)))
+    both = np.concatenate(chains, axis=1)
+    moving = both[:, (np.ptp(both, axis=0) > 0).all(axis=1)]
+    longest = float(np.max(emcee.autocorr.integrated_time(moving, tol=0)))
+    return _Walk(split_r_hat(both), longest, float(np.mean(accepted)))
 
 
 def split_r_hat(chains: Floats) -> float:
@@ -208,31 +268,6 @@ def split_r_hat(chains: Floats) -> float:
     within = parts.var(axis=0, ddof=1).mean(axis=0)
     between = parts.mean(axis=0).var(axis=0, ddof=1)
     return float(np.sqrt((half - 1) / half + between / within).max())
-
-
-def _members(density: Density, rows: Floats) -> list[Mapping[str, float]]:
-    found = [density.solved(z) for z in rows]
-    return [one.constants for one in found if one is not None]
-
-
-def _starts(density: Density, random: np.random.RandomState, walkers: int) -> Floats:
-    """Give ends of short least squares from draws of the prior, shape (walkers, p); the best of eight draws each."""
-    found: list[Floats] = []
-    residuals = Residuals(density.mechanisms, density.reading)
-    names = density.mechanisms.names
-    free = [names.index(name) for name in density.free]
-
-    def static(quantiles: Floats) -> Floats:
-        return residuals(quantiles)[:STATIC_SIZE]
-
-    while len(found) < walkers:
-        draws = random.uniform(0.05, 0.95, (8, len(names)))
-        best = min(draws, key=lambda q: float(np.sum(static(q) ** 2)))
-        end = least_squares(static, best, bounds=(0.01, 0.99), diff_step=2e-3, x_scale=0.2, max_nfev=_START_RUNS)
-        z = np.append(logit(end.x[free]), 0.3 * random.standard_normal())
-        if 2 * end.cost < _START_CHI_SQUARE and np.isfinite(density(z)):
-            found.append(z)
-    return np.array(found)
 
 
 def _judged(constants: Mapping[str, float], reading: str) -> Judged:
