@@ -22,7 +22,9 @@ def main() -> None:
     parser.add_argument("parts", nargs="*", choices=[*PARTS, []])
     for part in parser.parse_args().parts:
         PARTS[part](_tell)
-    write_files({PAGE: page(read())})
+    stored = read()
+    if stored.is_complete:
+        write_files({PAGE: page(stored)})
 
 
 if __name__ == "__main__":

@@ -43,6 +43,11 @@ class Stored:
     ranges: Mapping[str, Mapping[str, Ranges]] = field(default_factory=dict)
     layer: Mapping[str, Mapping[str, tuple[MemberErrors, ...]]] = field(default_factory=dict)
 
+    @property
+    def is_complete(self) -> bool:
+        """Whether every part is there."""
+        return self.table is not None and all((self.sets, self.samples, self.ranges, self.layer))
+
 
 def read() -> Stored:
     """Read what is stored; nothing if there is no file."""
