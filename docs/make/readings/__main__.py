@@ -22,9 +22,7 @@ def main() -> None:
     parser.add_argument("parts", nargs="*", choices=[*PARTS, []])
     for part in parser.parse_args().parts:
         PARTS[part](_tell)
-    stored = read()
-    if stored.is_complete:
-        write_files({PAGE: page(stored)})
+    write_files({PAGE: page(read())})
 
 
 if __name__ == "__main__":

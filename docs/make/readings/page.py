@@ -46,10 +46,11 @@ _SHARES = {
 
 
 def page(stored: Stored) -> str:
-    """Format the page; a part that is not stored is a KeyError."""
+    """Format the page; a part that is not stored says so, but the paper's numbers have to be there (KeyError)."""
     paper = stored.table
     if paper is None:
         raise KeyError("table")
+    layer = stored.layer
     return template("readings").format(
         paper=paper,
         peak_low=paper.peak_ratio[0],
@@ -57,12 +58,16 @@ def page(stored: Stored) -> str:
         numbers=numbers_table(paper),
         sets=sets_table(stored.sets),
         unmet=unmet_words(stored.sets),
-        samples=samples_table(stored.samples),
-        ranges=ranges_table(stored.ranges),
-        layer=layer_table(stored.layer),
-        fast=fast_table(stored.layer),
-        layer_words=layer_words(stored.layer),
+        samples=samples_table(stored.samples) if stored.samples else _not_run("samples"),
+        ranges=ranges_table(stored.ranges) if stored.ranges else _not_run("ranges"),
+        layer=layer_table(layer) if layer else _not_run("layer"),
+        fast=fast_table(layer) if layer else _not_run("layer"),
+        layer_words=layer_words(layer) if layer else "",
     )
+
+
+def _not_run(part: str) -> str:
+    return f"Not run yet: `python -m docs.make.readings {part}`."
 
 
 # --- the paper's numbers -----------------------------------------------------------------------------------------
@@ -188,8 +193,8 @@ def ranges_table(ranges: Mapping[str, Mapping[str, Ranges]]) -> str:
 # --- equation 7 --------------------------------------------------------------------------------------------------
 
 
-def _each(layer: Mapping[str, Mapping[str, tuple[MemberErrors, ...]]], reading: str) -> list[MemberErrors]:
-    return [one for found in layer.values() for one in found.get(reading, ())]
+def _each(layer: Mapping[str, Mapping[str, MemberErrors]], reading: str) -> list[MemberErrors]:
+    return [found[reading] for found in layer.values() if reading in found]
 
 
 def _error_cells(found: Sequence[LoopErrors], test: int) -> list[str]:
@@ -204,22 +209,21 @@ def _error_cells(found: Sequence[LoopErrors], test: int) -> list[str]:
     return cells
 
 
-def layer_table(layer: Mapping[str, Mapping[str, tuple[MemberErrors, ...]]]) -> str:
-    """Format static errors of equation 7 by reading and preload, and those of equation 8 as fitness."""
+def layer_table(layer: Mapping[str, Mapping[str, MemberErrors]]) -> str:
+    """Format static errors of equation 7 by reading and preload."""
     rows = [["Table 1, measured", "", *(f"{limit[0]}" for limit in (LARGEST_DEG, PERCENT, NORMALISED))]]
     for reading in _READINGS:
         found = _each(layer, reading)
         for preload in found[0].static:
             rows.append([reading, f"{preload} N", *_error_cells([one.static[preload] for one in found], 0)])
-        rows.append([reading, "20 N, by equation 8", *_error_cells([one.by_equation_8 for one in found], 0)])
     return table(["widths", "loop", "largest error, deg", "%", "normalised"], rows)
 
 
-def _fast(layer: Mapping[str, Mapping[str, tuple[MemberErrors, ...]]], reading: str) -> list[FastTest]:
+def _fast(layer: Mapping[str, Mapping[str, MemberErrors]], reading: str) -> list[FastTest]:
     return [one.fast for one in _each(layer, reading) if one.fast is not None]
 
 
-def fast_table(layer: Mapping[str, Mapping[str, tuple[MemberErrors, ...]]]) -> str:
+def fast_table(layer: Mapping[str, Mapping[str, MemberErrors]]) -> str:
     """Errors of the static law at 1 Hz."""
     rows = [["Table 1, measured", *(f"{limit[1]}" for limit in (LARGEST_DEG, PERCENT, NORMALISED)), "", ""]]
     for reading in _READINGS:
@@ -234,15 +238,15 @@ def fast_table(layer: Mapping[str, Mapping[str, tuple[MemberErrors, ...]]]) -> s
     return table(["widths", "largest error, deg", "%", "normalised", "later than the static loop, ms", "peak"], rows)
 
 
-def layer_words(layer: Mapping[str, Mapping[str, tuple[MemberErrors, ...]]]) -> str:
-    """How late the loops are that stay within 1.61 deg, and how many members there are."""
+def layer_words(layer: Mapping[str, Mapping[str, MemberErrors]]) -> str:
+    """How late the loops are that stay within 1.61 deg, and how many rigs there are."""
     words = []
     for reading in _READINGS:
         found = _fast(layer, reading)
         late = [one.late_ms for one in found if one.errors.within(1)[0]]
         over = [one.late_ms for one in found if not one.errors.within(1)[0]]
         words.append(
-            f"with {reading} widths {len(late)} of {len(found)} members stay within 1.61 deg, which are at most "
-            f"{max(late):.1f} ms late" + (f" (the others at least {min(over):.1f} ms)" if over else "")
+            f"with {reading} widths {len(late)} of {len(found)} rigs stay within 1.61 deg, which are at most "
+            f"{max(late, default=0.0):.1f} ms late" + (f" (the others at least {min(over):.1f} ms)" if over else "")
         )
     return "At 1 Hz, " + "; ".join(words) + "."

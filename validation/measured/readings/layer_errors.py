@@ -1,4 +1,4 @@
-"""Equation 7, fitted by the genetic search to loops of members: the quantities of the paper's Table 1, in both tests.
+"""Equation 7, fitted by the genetic search to loops of rigs: the quantities of the paper's Table 1, in both tests.
 
 As in the paper, f is the analytic model, the law is identified in the static test, and the same constants predict the
 test at 1 Hz. Relative errors refer to the largest angle, which is what the paper's own percentages imply.
@@ -6,7 +6,7 @@ test at 1 Hz. Relative errors refer to the largest angle, which is what the pape
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +17,7 @@ from fem_models.load import triangle
 from fem_models.rig import Rig
 from hysteresis import Fit, Record, identify
 from hysteresis.arrays import Floats
-from hysteresis.fitting.settings import Fitness, IdentifySettings
+from hysteresis.fitting.settings import IdentifySettings
 from validation.measured.preset_du2018 import AMPLITUDE_MM
 from validation.measured.readings.loops import SAMPLES, fast_angle_deg, fast_program, loops_of
 from validation.measured.readings.mechanisms import CAMERA, DRAG, HEATING, rig_of
@@ -45,7 +45,7 @@ class LoopErrors:
 
 @dataclass(frozen=True)
 class FastTest:
-    """One member with drawn rate constants at 1 Hz: errors of the static law, peak, and how far the loop is late.
+    """One rig with drawn rate constants at 1 Hz: errors of the static law, peak, and how far the loop is late.
 
     ``late_ms`` is the mean delay of the crossings of zero behind those of the static loop. ``peak_met`` says whether
     the peak is that of the paper.
@@ -61,10 +61,9 @@ class FastTest:
 
 @dataclass(frozen=True)
 class MemberErrors:
-    """Equation 7 on one member: static errors by preload in N, those of equation 8 as fitness, and the 1 Hz test."""
+    """Equation 7 on one rig: static errors by preload in N, and the test at 1 Hz, None where no rate fits."""
 
     static: Mapping[str, LoopErrors]
-    by_equation_8: LoopErrors
     fast: FastTest | None
 
 
@@ -75,30 +74,29 @@ def loop_errors(measured_deg: Floats, predicted_deg: Floats) -> LoopErrors:
     return LoopErrors(largest, 100 * largest / scale, float(np.sqrt(np.mean(off**2))) / scale)
 
 
-def fit_equation_7(rig: Rig, fitness: Fitness = "rmse") -> tuple[Fit, Record]:
+def fit_equation_7(rig: Rig) -> tuple[Fit, Record]:
     """Identify equation 7 by the genetic search on three static cycles of a rig."""
     record = simulate_chain(rig, triangle(AMPLITUDE_MM, cycles=3))
 
     def analytic(drive: Floats) -> Floats:
         return theory_curve(rig, drive).angle_deg
 
-    return identify(record, analytic, settings=IdentifySettings(method="genetic", fitness=fitness)), record
+    return identify(record, analytic, settings=IdentifySettings(method="genetic")), record
 
 
-def _static_errors(rig: Rig, fitness: Fitness = "rmse") -> tuple[Fit, LoopErrors]:
-    fit, record = fit_equation_7(rig, fitness)
+def _static_errors(rig: Rig) -> tuple[Fit, LoopErrors]:
+    fit, record = fit_equation_7(rig)
     cycle = 4 * round(AMPLITUDE_MM / 0.1) + 1
     return fit, loop_errors(record.angle_deg[-cycle:], fit.predict(record.drive)[-cycle:])
 
 
 def member_errors(constants: Mapping[str, float], reading: str, seed: int) -> MemberErrors:
-    """Fit equation 7 to the loops of one member, and predict its test at 1 Hz with drawn rate constants."""
+    """Fit equation 7 to the loops of one rig, and predict its test at 1 Hz with drawn rate constants."""
     rig = rig_of(constants).rig
     static, fits = {}, {}
     for preload in PRELOADS_N:
         fits[preload], static[f"{preload:g}"] = _static_errors(replace(rig, preload_N=preload))
-    _, by_equation_8 = _static_errors(replace(rig, preload_N=20.0), "paper-signed-mean")
-    return MemberErrors(static, by_equation_8, _fast_test(constants, reading, fits[20.0], np.random.default_rng(seed)))
+    return MemberErrors(static, _fast_test(constants, reading, fits[20.0], np.random.default_rng(seed)))
 
 
 def _fast_test(constants: Mapping[str, float], reading: str, fit: Fit, random: np.random.Generator) -> FastTest | None:
@@ -136,10 +134,3 @@ def _late_ms(fast_deg: Floats, still_mm: tuple[float, float]) -> float:
         crossed = np.interp(0.0, sign * angle[part], time[part])
         late.append(crossed - np.interp(sign * at, sign * drive[part], time[part]))
     return 1e3 * float(np.mean(late))
-
-
-def evenly(members: Sequence[Mapping[str, float]], count: int) -> list[Mapping[str, float]]:
-    """Take ``count`` of the members, evenly spaced, or all if there are fewer."""
-    if len(members) <= count:
-        return list(members)
-    return [members[k] for k in np.linspace(0, len(members) - 1, count).astype(int)]

@@ -54,10 +54,10 @@ _CLOSE_DEG, _SECANTS = 1e-3, 8
 class SampleSettings:
     """Draws from the priors, a power of two; walkers of an ensemble and steps; members that are kept; the seed."""
 
-    draws: int = 1024
+    draws: int = 256
     walkers: int = 24
-    steps: int = 60
-    members: int = 200
+    steps: int = 40
+    members: int = 100
     seed: int = 1
 
 

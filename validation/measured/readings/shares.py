@@ -21,3 +21,10 @@ def constant_ranges(members: Sequence[Mapping[str, float]]) -> dict[str, Range]:
     """90 % ranges of the constants that vary."""
     out = {name: np.array([one[name] for one in members]) for name in members[0]}
     return {name: range_of(values) for name, values in out.items() if np.ptp(values) > 0}
+
+
+def evenly(members: Sequence[Mapping[str, float]], count: int) -> list[Mapping[str, float]]:
+    """Take ``count`` of the members, evenly spaced, or all if there are fewer."""
+    if len(members) <= count:
+        return list(members)
+    return [members[k] for k in np.linspace(0, len(members) - 1, count).astype(int)]
