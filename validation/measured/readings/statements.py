@@ -44,7 +44,7 @@ PEAK, APART = "peak at 1 Hz", "1 Hz by the static law"
 STATIC_SIZE = 9
 """Residuals of the static statements, which come first."""
 HUNDREDTH_DEG = 0.005
-"""The paper's widths have hundredths: what is wider by less than half of one is as wide."""
+"""The paper's widths have hundredths: what is wider by less than half of one is as wide. So have its errors."""
 STATEMENTS = (FULL, W10, W20, CENTRE_WIDEST, END_LEAST, SAME, PEAK, APART)
 
 
@@ -119,7 +119,7 @@ def judge(loops: Loops, reading: str) -> Judged:
         if name in words:
             met[name] = all(words[name](one)[1] > -HUNDREDTH_DEG for one in (loops.low, loops.high))
         elif name == APART:
-            met[name] = row[0] == 0
+            met[name] = loops.apart_deg <= _PAPER.between_tests_deg + 2 * HUNDREDTH_DEG
         else:
             met[name] = max(abs(r) for r in row) <= MET / (math.sqrt(2) if name == FULL else 1)
     return Judged({name: math.fsum(r * r for r in row) for name, row in found.items()}, met, numbers_of(loops))
