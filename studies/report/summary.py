@@ -130,7 +130,9 @@ def _widths(loops: Sequence[RunLoop], own: OwnRig | None, command: str) -> Verdi
             good &= abs(loop.loop_width_deg - bound.value) <= bound.within
             paper.append(f"{bound.value:g} deg")
     values = " / ".join(significant(loop.loop_width_deg) for loop in loops)
-    words = f"at {_preloads(loops)}" + (f"; the paper measured {' and '.join(paper)}" if paper else "")
+    words = f"at {_preloads(loops)}" + (
+        f"; the paper measured {' and '.join(paper)}, read as full widths" if paper else ""
+    )
     words += _ranges(own, loops, "loop_width_deg")
     state: State = _state(good) if own is None else "note"
     return Verdict(state, "Loop width", f"{values} deg", words, "loops", command)

@@ -30,6 +30,12 @@ class Prior:
             return np.asarray(self.low * (self.high / self.low) ** quantile)
         return np.asarray(self.low + (self.high - self.low) * quantile)
 
+    def quantile(self, value: float) -> float:
+        """Quantile of a value, from 0 to 1 between the bounds."""
+        if self.log:
+            return float(np.log(value / self.low) / np.log(self.high / self.low))
+        return (value - self.low) / (self.high - self.low)
+
     def log_density_per_log(self, value: float) -> float:
         """Logarithm of the density of ln(value); -inf beyond the bounds."""
         if not self.low <= value <= self.high:
