@@ -25,7 +25,7 @@ from typing import Any
 
 from numba.core import event
 
-LOOP = "simulate --preset du2018 --engine chain --amplitude 2.2 --out loop.csv --overwrite --quiet"
+LOOP = "simulate --preset du2018 --engine chain --amplitude 2.2 --out loop.csv --quiet"
 WITHOUT_KERNELS = (
     "--help",
     "simulate --help",

@@ -1,6 +1,7 @@
 """The paper's widths read twice: bounds from its own model, statements with their errors, draws."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -149,7 +150,7 @@ def test_width_at_10_N_takes_the_place_of_the_sheath_s_friction():
     constants = {name: of_the_preset(name) for name in mechanisms.names}
     density = Density(mechanisms, "full")
     found = density.solved(density.point(constants))
-    own = static_loop(preset("du2018", preload_N=10.0), step_mm=COARSE_MM).width_deg.max()
+    own = static_loop(replace(rig_of(constants).rig, preload_N=10.0), step_mm=COARSE_MM).width_deg.max()
     more = math.log(found.constants["friction.sheath_N"] / constants["friction.sheath_N"])
     assert more == pytest.approx(found.derivative * (3.52 - own), rel=0.1)
     assert found.low.width_deg.max() == pytest.approx(3.52, abs=0.002)
