@@ -147,7 +147,7 @@ def test_draws_are_repeatable_and_have_the_stated_widths():
 
 def test_width_at_10_N_takes_the_place_of_the_sheath_s_friction():
     mechanisms = SETS["sheath, Jenkins, toe"]
-    constants = {name: of_the_preset(name) for name in mechanisms.names}
+    constants = {name: of_the_preset(name) for name in mechanisms.names} | dict(mechanisms.fixed)
     density = Density(mechanisms, "full")
     found = density.solved(density.point(constants))
     own = static_loop(replace(rig_of(constants).rig, preload_N=10.0), step_mm=COARSE_MM).width_deg.max()
