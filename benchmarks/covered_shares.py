@@ -1,9 +1,10 @@
-"""Coverage of the intervals of ``separate`` on records: ``python -m benchmarks.covered_shares COUNT SEED OUT.jsonl``.
+"""Coverage of the intervals of ``separate``: ``python -m benchmarks.covered_shares COUNT SEED OUT.jsonl [members]``.
 
-Each rig is drawn from the prior about ``du2018``: friction, tendons and loop of the material, arm, depth, modulus, free
-length, and the law of the metal. The chain makes two records of it, at about 20 and 10 N, with each noise. The records
-name ``du2018``, and ``separate`` divides the loop of the first one. A line a rig is kept in the file, so that a score
-that was ended goes on where it stood.
+Each rig is drawn from the prior about ``du2018``: friction, play, tendons, loop of the material, arm, depth, modulus,
+free length, and the law of the metal. The chain makes two records of it, at about 20 and 10 N, with each noise. The
+records name ``du2018``, and ``separate`` divides the loop of the first one. With ``members`` the rigs are those of the
+ensemble of ``du2018`` instead: free lengths, EA and depths differ from the declared ones by far more than the priors
+say, and most have play. A line a rig is kept in the file, so that a score that was ended goes on where it stood.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from scipy.stats import beta
 
 from fem_models.chain import simulate_chain
 from fem_models.load import triangle
-from fem_models.rig import Rig, RigError, preset
+from fem_models.rig import Rig, RigError, ensemble, preset
 from fem_models.rig.checks import SolverError
 from hysteresis import Record
 from hysteresis.arrays import Floats
@@ -64,6 +65,7 @@ class Covered:
     seconds: float
     redrawn: int
     refused: str = ""
+    members: bool = False
 
     def holds(self, number: str, source: str) -> bool:
         """Whether the interval holds the true share."""
@@ -80,17 +82,41 @@ def case_of(seed: int, number: int) -> Case:
         law, z = drawn(laws, rng)
         try:
             rigs = [law.rig_at(z, replace(preset(PRESET), preload_N=preload)) for preload in preloads]
-            runs = [simulate_chain(rig, triangle(reach, step_mm=STEP_MM, cycles=2)) for rig in rigs]
-            drive = runs[0].drive
-            parts = separate(rigs[0], loop_program(float(drive.min()), float(drive.max())))
+            case = _case(rigs, law.name, reach)
         except (RigError, SolverError):
             continue
-        shares = {name: parts.shares(quantity) for name, quantity in NUMBERS.items()}
-        true = {name: one for name, one in shares.items() if one is not None}
-        if len(true) == len(NUMBERS):
-            angles = runs[0].angle_deg, runs[1].angle_deg
-            return Case(rigs[0], law.name, preloads, drive, angles, true, redrawn)
+        if case is not None:
+            return replace(case, redrawn=redrawn)
     raise RuntimeError(f"case {number} of seed {seed}: no rig of 100 follows its drive")
+
+
+def member_case(seed: int, number: int) -> Case:
+    """Take a member of the ensemble of the preset, at 20 and 10 N and over the paper's drive; each one once a seed.
+
+    Raises
+    ------
+    RigError, SolverError
+        A member that cannot be divided.
+    """
+    members = ensemble(PRESET)
+    rig = members[int(np.random.default_rng(seed).permutation(len(members))[number])]
+    case = _case([replace(rig, preload_N=preload) for preload in (20.0, 10.0)], "linear", REACHES_MM[1])
+    if case is None:
+        raise RigError(f"member {number}: no loop")
+    return case
+
+
+def _case(rigs: Sequence[Rig], law: str, reach_mm: float) -> Case | None:
+    """Run both rigs, and divide the loop of the first; None where it has no loop."""
+    runs = [simulate_chain(rig, triangle(reach_mm, step_mm=STEP_MM, cycles=2)) for rig in rigs]
+    drive = runs[0].drive
+    parts = separate(rigs[0], loop_program(float(drive.min()), float(drive.max())))
+    shares = {name: parts.shares(quantity) for name, quantity in NUMBERS.items()}
+    true = {name: one for name, one in shares.items() if one is not None}
+    if len(true) < len(NUMBERS):
+        return None
+    preloads = rigs[0].preload_N, rigs[1].preload_N
+    return Case(rigs[0], law, preloads, drive, (runs[0].angle_deg, runs[1].angle_deg), true, 0)
 
 
 def records_of(case: Case, noise_deg: float, rng: np.random.Generator) -> list[Record]:
@@ -176,17 +202,18 @@ def _print(rows: Sequence[Covered]) -> None:
 
 def main() -> None:
     """Divide so many rigs of a seed, those that the file does not hold yet, and print the table."""
-    count, seed, path = int(sys.argv[1]), int(sys.argv[2]), Path(sys.argv[3])
-    known = {(one.seed, one.number, one.noise_deg) for one in kept(path)}
+    count, seed, path, members = int(sys.argv[1]), int(sys.argv[2]), Path(sys.argv[3]), "members" in sys.argv[4:]
+    known = {(one.members, one.seed, one.number, one.noise_deg) for one in kept(path)}
     with path.open("a", encoding="utf-8") as out:
         for number in range(count):
-            missing = [noise for noise in NOISES_DEG if (seed, number, noise) not in known]
-            case = case_of(seed, number) if missing else None
+            missing = [noise for noise in NOISES_DEG if (members, seed, number, noise) not in known]
+            case = (member_case if members else case_of)(seed, number) if missing else None
             for noise_deg in missing:
                 assert case is not None
-                out.write(json.dumps(asdict(covered(case, seed, number, noise_deg))) + "\n")
+                row = replace(covered(case, seed, number, noise_deg), members=members)
+                out.write(json.dumps(asdict(row)) + "\n")
                 out.flush()
-    _print([one for one in kept(path) if one.seed == seed and one.number < count])
+    _print([one for one in kept(path) if (one.members, one.seed) == (members, seed) and one.number < count])
 
 
 if __name__ == "__main__":

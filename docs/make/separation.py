@@ -20,13 +20,13 @@ from validation.separation.rig_calibration import ENOUGH
 
 PAGE = DOCS / "validation" / "separation.md"
 SCORE = DOCS / "validation" / "separation.jsonl"
-COMMAND, OF_PRIORS = "docs.make.separation", "docs.make.separation priors"
+COMMAND, OF_PRIORS, OF_MEMBERS = "docs.make.separation", "docs.make.separation priors", "docs.make.separation members"
 _SHAPES = {"log": "{:g} of the logarithm", "logit": "{:g} of the logit", "plain": "{:g} {}"}
 
 
-def score(rows: Sequence[Covered]) -> str:
-    """Format what the intervals of a score hold, and what a division costs."""
-    tables = []
+def score(lines: Sequence[Covered]) -> str:
+    """Format what the intervals of rigs drawn from the priors hold, and what a division costs."""
+    rows, tables = [one for one in lines if not one.members], []
     for number, words in zip(NUMBERS, ("energy", "width"), strict=True):
         head = [f"share of the {words}", *(f"held, {noise:g} deg | median width" for noise in NOISES_DEG)]
         lines = [
@@ -77,12 +77,25 @@ def _by_law(rows: Sequence[Covered]) -> str:
     return table(head, lines)
 
 
+def members(lines: Sequence[Covered]) -> str:
+    """Format what the intervals of members of the ensemble hold."""
+    rows = [one for one in lines if one.members]
+    seeds = ", ".join(str(seed) for seed in sorted({one.seed for one in rows}))
+    head = [f"seed {seeds}", *(f"held, {noise:g} deg" for noise in NOISES_DEG)]
+    lines_of = [
+        [f"shares of the {words}", *(_held(_of(rows, noise), number, SOURCES) for noise in NOISES_DEG)]
+        for number, words in zip(NUMBERS, ("energy", "width"), strict=True)
+    ]
+    return table(head, lines_of)
+
+
 def priors() -> str:
     """Format the priors with their sources."""
     lines = []
     for name, prior in PRIORS.items():
         size = _SHAPES[prior.shape].format(prior.spread, prior.unit)
         known = "" if prior.unstated is None else "{:g}, {:g}".format(*prior.unstated)
+        known += f" ({prior.unstated_shape})" if prior.unstated_shape else ""
         lines.append([f"`{name}`", prior.unit, size, known, prior.source])
     head = ["constant", "unit", "standard deviation", "where it is stated as 0: median, deviation", "source"]
     ranges = [
@@ -97,6 +110,7 @@ def main() -> None:
     """Put both tables on the page."""
     rows = kept(Path(sys.argv[1]) if len(sys.argv) > 1 else SCORE)
     put_between_marks(PAGE, COMMAND, score(rows))
+    put_between_marks(PAGE, OF_MEMBERS, members(rows))
     put_between_marks(PAGE, OF_PRIORS, priors())
 
 

@@ -40,7 +40,9 @@ def test_exact_intervals_of_a_proportion():
 
 def test_the_page_has_the_kept_score_and_the_priors_of_the_code():
     written = page.PAGE.read_text(encoding="utf-8")
-    for command, text in ((page.COMMAND, page.score(kept(page.SCORE))), (page.OF_PRIORS, page.priors())):
+    rows = kept(page.SCORE)
+    tables = {page.COMMAND: page.score(rows), page.OF_MEMBERS: page.members(rows), page.OF_PRIORS: page.priors()}
+    for command, text in tables.items():
         _, between, _ = written.split(f"<!-- table of `python -m {command}` -->")
         assert between.strip() == text.strip()
 

@@ -56,7 +56,8 @@ class Loops:
 def static_program(amplitude_mm: float = AMPLITUDE_MM, step_mm: float = STEP_MM) -> LoadProgram:
     """First quarter and one cycle of the point-by-point test, with times."""
     program = triangle(amplitude_mm, step_mm=step_mm)
-    return LoadProgram(program.drive_mm, time_s=SECONDS_A_STEP * np.arange(program.drive_mm.size), cycle=program.cycle)
+    time_s = SECONDS_A_STEP * np.arange(program.drive_mm.size, dtype=float)
+    return LoadProgram(program.drive_mm, time_s=time_s, cycle=program.cycle)
 
 
 @lru_cache

@@ -54,10 +54,10 @@ _CLOSE_DEG, _SECANTS = 1e-3, 8
 class SampleSettings:
     """Draws from the priors, a power of two; walkers of an ensemble and steps; members that are kept; the seed."""
 
-    draws: int = 256
+    draws: int = 2048
     walkers: int = 24
     steps: int = 40
-    members: int = 100
+    members: int = 200
     seed: int = 1
 
 
@@ -212,7 +212,8 @@ def weighted_draws(
     low, high = (FACTORS[reading] * width for width in WIDTHS_DEG.values())
     goal = Facts(FULL_SCALE_DEG, (low, high), (0.0, 0.0))
     found = draw(preset("du2018"), model, settings.draws, settings.seed, goal=goal)
-    drawn, logs = [], []
+    drawn: list[Mapping[str, float]] = []
+    logs = []
     for row in found.rows[np.isfinite(found.rows[:, 0])]:
         values = dict(zip(found.columns, row.tolist(), strict=True))
         constants = {name: values[name] for name in mechanisms.names} | dict(mechanisms.fixed)
