@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from docs.make.pages import DOCS, table, template
-from docs.make.readings.stored import Ranges, Stored
+from docs.make.readings.stored import Stored
 from validation.measured.readings.fit import SetFit
 from validation.measured.readings.layer_errors import FastTest, LoopErrors, MemberErrors
 from validation.measured.readings.paper_table import (
@@ -25,24 +25,6 @@ from validation.measured.readings.statements import PEAK, STATEMENTS
 PAGE = DOCS / "validation" / "readings.md"
 DRIVE_MM = 2.2
 _READINGS = tuple(FACTORS)
-_CONSTANTS = {
-    "friction.sheath_N": "sheath, N",
-    "tendon.EA_N": "EA, N",
-    "tendon.toe_N": "toe, N",
-    "backlash.width_mm": "play, mm",
-    "friction.capstan_coefficient": "capstan",
-    "material.loop_share": "loop share",
-    "superelastic.plateau_MPa": "plateau, MPa",
-    "superelastic.unloading_plateau_MPa": "unloading plateau, MPa",
-}
-_SHARES = {
-    "friction, share of energy": "friction, of energy",
-    "material, share of energy": "material, of energy",
-    "friction, share of width": "friction, of width",
-    "tendon elasticity, share of width": "elasticity, of width",
-    "material, share of width": "material, of width",
-    "play, share of width": "play, of width",
-}
 
 
 def page(stored: Stored) -> str:
@@ -59,7 +41,6 @@ def page(stored: Stored) -> str:
         sets=sets_table(stored.sets),
         unmet=unmet_words(stored.sets),
         samples=samples_table(stored.samples) if stored.samples else _not_run("samples"),
-        ranges=ranges_table(stored.ranges) if stored.ranges else _not_run("ranges"),
         layer=layer_table(layer) if layer else _not_run("layer"),
         fast=fast_table(layer) if layer else _not_run("layer"),
         layer_words=layer_words(layer) if layer else "",
@@ -172,21 +153,6 @@ def samples_table(samples: Mapping[str, Mapping[str, Samples]]) -> str:
                 f"{sum(one.meets)} of {len(one.meets)}", f"{least}, {static[least]}", f"{one.walkers} x {one.steps}",
                 f"{100 * one.accepted:.0f} %", f"{one.steps_a_draw:.0f}", f"{one.r_hat:.2f}",
             ])  # fmt: skip
-    return table(head, rows)
-
-
-def ranges_table(ranges: Mapping[str, Mapping[str, Ranges]]) -> str:
-    """One row a number, one column a set and a reading: medians and 90 % ranges."""
-    columns = [(name, reading, one) for name, found in ranges.items() for reading, one in found.items()]
-    head = ["number", *(f"{name.split(',')[0]}, {reading}" for name, reading, _ in columns)]
-    rows = [
-        [words, *(str(one.constants[key]) if key in one.constants else "" for _, _, one in columns)]
-        for key, words in _CONSTANTS.items()
-    ]
-    rows += [
-        [words, *(str(one.shares[key]) if key in one.shares else "" for _, _, one in columns)]
-        for key, words in _SHARES.items()
-    ]
     return table(head, rows)
 
 

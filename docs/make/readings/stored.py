@@ -15,23 +15,10 @@ from validation.measured.readings.loops import has_rate
 from validation.measured.readings.mechanisms import SAMPLED, SETS, rig_of
 from validation.measured.readings.paper_table import FACTORS, PaperTable, paper_table
 from validation.measured.readings.posterior import Samples, SampleSettings, met_but_peak, sample
-from validation.measured.readings.shares import constant_ranges, evenly, share_ranges
-from validation.separation.ensemble import Range
 
 STORED = DOCS / "validation" / "readings.json"
 STARTS, SEED = 3, 1
-DIVIDED = 16
-"""Members of a set and a reading whose loops are divided."""
 Tell = Callable[[str], None]
-
-
-@dataclass(frozen=True)
-class Ranges:
-    """90 % ranges over members that meet all static statements: constants of all, shares of ``divided`` of them."""
-
-    constants: Mapping[str, Range]
-    shares: Mapping[str, Range]
-    divided: int
 
 
 @dataclass(frozen=True)
@@ -41,7 +28,6 @@ class Stored:
     table: PaperTable | None = None
     sets: Mapping[str, Mapping[str, SetFit]] = field(default_factory=dict)
     samples: Mapping[str, Mapping[str, Samples]] = field(default_factory=dict)
-    ranges: Mapping[str, Mapping[str, Ranges]] = field(default_factory=dict)
     layer: Mapping[str, Mapping[str, MemberErrors]] = field(default_factory=dict)
 
 
@@ -84,20 +70,6 @@ def make_samples(tell: Tell) -> None:
             write(replace(stored, samples={**stored.samples, name: {**stored.samples.get(name, {}), one: found}}))
 
 
-def make_ranges(tell: Tell) -> None:
-    """Work out ranges of constants and shares over the members."""
-    stored = read()
-    found: dict[str, dict[str, Ranges]] = {}
-    for name, samples in stored.samples.items():
-        for one, drawn in samples.items():
-            members = drawn.members(meeting=True)
-            divided = evenly(members, DIVIDED)
-            ranges = Ranges(constant_ranges(members), share_ranges(divided), len(divided))
-            found.setdefault(name, {})[one] = ranges
-            tell(f"{name}, {one}: {len(members)} members, {len(divided)} divided")
-    write(replace(stored, ranges=found))
-
-
 def make_layer(tell: Tell) -> None:
     """Fit equation 7 to the loops of the sets' rigs that are not stored yet: remove them to fit again."""
     for name, fits in read().sets.items():
@@ -116,6 +88,5 @@ PARTS: Mapping[str, Callable[[Tell], None]] = {
     "table": make_table,
     "sets": make_sets,
     "samples": make_samples,
-    "ranges": make_ranges,
     "layer": make_layer,
 }

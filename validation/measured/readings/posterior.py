@@ -55,7 +55,7 @@ class SampleSettings:
     """Draws from the priors, a power of two; walkers of an ensemble and steps; members that are kept; the seed."""
 
     draws: int = 2048
-    walkers: int = 24
+    walkers: int = 40
     steps: int = 40
     members: int = 200
     seed: int = 1
