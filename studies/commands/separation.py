@@ -48,6 +48,7 @@ NUMBERS = tuple(name for pair in SHARES.items() for name in pair)
 CLOSES_PERCENT, RIGID_PERCENT = 1.0, 0.1
 MOVING = 0.02
 """Change of a share from a tenfold EA, over the largest share, of which the result warns."""
+_MOST_OF_THEM = 0.5  # weight of the draws that have a share, of which an interval is given
 UNLIKE = 0.1  # of the range of the angle: more than that is left by a rig that is not that of the record
 LAW = "law"
 """Name of the law of the metal among the numbers that a share depends on: 1 is the flag."""
@@ -173,7 +174,7 @@ def separate_records(
         contributions=parts_with_intervals(found, draws),
         calibration=replace(_calibration(calibrated), to_measure=to_measure(found, draws)),
         measured=_measured(records[0]),
-        warnings=result.warnings + calibrated.notes + unlike + unseparated,
+        warnings=result.warnings + _without_loss(draws) + calibrated.notes + unlike + unseparated,
         records=tuple(record.source for record in records if record.source),
     )
 
@@ -189,7 +190,7 @@ def divided_draws(calibrated: RigCalibration, program: LoadProgram, found: Contr
     def table(rig: Rig) -> Floats:
         return _table(replace(separate(rig, coarse, softer=found.softer), has_play=found.has_play))
 
-    exact = _table(found) - table(calibrated.rig)
+    exact = np.nan_to_num(_table(found) - table(calibrated.rig))  # what the best rig has no share of is not mended
     rigs, tables, weights = [], [], []
     for rig, weight in zip(calibrated.rigs, calibrated.weights.tolist(), strict=True):
         try:
@@ -198,6 +199,8 @@ def divided_draws(calibrated: RigCalibration, program: LoadProgram, found: Contr
             continue
         rigs.append(rig)
         weights.append(weight)
+    if not rigs:
+        raise SolverError("none of the rigs that explain the records follows the drive of the first one")
     return Draws(tuple(rigs), np.array(tables), np.array(weights) / sum(weights))
 
 
@@ -214,16 +217,20 @@ def _table(found: Contributions) -> Floats:
 def parts_with_intervals(found: Contributions, draws: Draws) -> dict[str, Contribution]:
     """Parts of the best rig's loop with 95 % intervals, which reach to the value."""
 
-    def interval(value: float | None, drawn: Floats) -> Interval | None:
-        if value is None or not np.isfinite(drawn).all():
+    def interval(part: str, value: float | None, drawn: Floats) -> Interval | None:
+        known = np.isfinite(drawn)
+        if value is None or draws.weights[known].sum() < _MOST_OF_THEM:
             return None
-        low, high = quantiles(drawn, draws.weights, LEVELS)
-        return min(low, value), max(high, value)
+        low, high = quantiles(drawn[known], draws.weights[known] / draws.weights[known].sum(), LEVELS)
+        least = max(0.0, low) if part == PLAY else low  # a play makes no loop narrower by itself
+        return min(least, value), max(high, value)
 
     return {
         part: replace(
             one,
-            intervals={name: interval(getattr(one, name), draws.tables[:, i, j]) for j, name in enumerate(NUMBERS)},
+            intervals={
+                name: interval(part, getattr(one, name), draws.tables[:, i, j]) for j, name in enumerate(NUMBERS)
+            },
         )
         for i, (part, one) in enumerate(_parts(found).items())
     }
@@ -236,10 +243,12 @@ def to_measure(found: Contributions, draws: Draws) -> tuple[ToMeasure, ...]:
     """
     known = [stated_values(rig) | {LAW: float(rig.superelastic is not None)} for rig in draws.rigs]
     names = [name for name in known[0] if all(name in one for one in known)]
+    if not all(rig.backlash for rig in draws.rigs):  # what a preload takes up of no play
+        names = [name for name in names if name != "backlash_takes_up_N"]
     column, rows = NUMBERS.index("share"), list(_parts(found))
     out = []
     for source in SOURCES:
-        share = draws.tables[:, rows.index(source), column]
+        share = np.nan_to_num(draws.tables[:, rows.index(source), column])  # a rig without losses has none
         squares = {name: _explained([one[name] for one in known], share, draws.weights) for name in names}
         most = max(squares, key=lambda name: squares[name])
         if squares[most] > 0:
@@ -253,6 +262,17 @@ def _explained(values: Sequence[float], share: Floats, weights: Floats) -> float
     x, y = (one - weights @ one for one in (np.asarray(values), share))
     spread = float(weights @ x**2) * float(weights @ y**2)
     return float((weights @ (x * y)) ** 2 / spread) if spread > 0 else 0.0
+
+
+def _without_loss(draws: Draws) -> tuple[str, ...]:
+    """Warn where some drawn rigs dissipate nothing, so that their energy has no shares."""
+    share = float(draws.weights[np.isnan(draws.tables[:, 0, NUMBERS.index("share")])].sum())
+    if share == 0:
+        return ()
+    return (
+        f"{100 * share:.0f} % of the rigs that explain the records dissipate no energy: intervals of energy shares are "
+        "those of the others",
+    )
 
 
 def _unlike(found: RigCalibration, range_deg: float) -> tuple[str, ...]:
@@ -320,7 +340,7 @@ def _laws(found: Contributions, seed: int, report: Report) -> dict[str, Law | No
 def _law(found: Contributions, on: frozenset[str], seed: int) -> Law | None:
     """Fit the Bouc-Wen law and f to the loop of a combination; None where there is no loop."""
     loop = found.loops[on]
-    if loop.is_lossless or loop.is_flat:
+    if loop.is_flat:
         return None
     settings = IdentifySettings(seed=seed, forward=True, population=40, generations=30)  # a loop without noise
     fit = identify(loop.record, settings=settings)
@@ -329,7 +349,9 @@ def _law(found: Contributions, on: frozenset[str], seed: int) -> Law | None:
 
 def _warnings(found: Contributions) -> list[str]:
     words = []
-    if found.whole.is_lossless:
+    if found.whole.is_lossless and not found.whole.is_flat:
+        words.append("the rig dissipates no energy: its loop is that of the play, and the energy has no shares")
+    elif found.whole.is_lossless:
         words.append("no loop: the rig dissipates no energy, so there is nothing to divide")
     elif found.whole.is_flat:
         words.append("no loop of the angle: shares are those of the energy")

@@ -226,7 +226,12 @@ def separation_verdict(result: Separation, label: str, command: str) -> Verdict:
 
 def words_of_part(name: str) -> str:
     """Give the words of a part of a loop as the subject of a sentence in the plural."""
-    known = {"friction": "friction losses", "tendon_elasticity": "elastic tendons", "material": "material losses"}
+    known = {
+        "friction": "friction losses",
+        "tendon_elasticity": "elastic tendons",
+        "material": "material losses",
+        "play": "gaps of the drive",
+    }
     return known.get(name, f"{name.replace('_', ' ')} effects")
 
 

@@ -182,7 +182,7 @@ class Contributions:
 
     def shares(self, name: str) -> dict[str, float] | None:
         """Parts over their sum, which add up to 1; None if the rig has no such loop."""
-        if self.whole.is_lossless or (name != "dissipated_mJ" and self.whole.is_flat):
+        if self.whole.is_lossless if name == "dissipated_mJ" else self.whole.is_flat:
             return None
         return _over_sum(self.parts(name))
 

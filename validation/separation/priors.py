@@ -128,6 +128,7 @@ NO_PLAY = Backlash(0.0, takes_up_N=10.0)
 FARTHEST = 12.0
 """Standard deviations up to which a prior is followed: a search that strays stays among finite numbers."""
 _CLOSE_TO_ONE = 1e-6
+_LARGEST = 1e9  # tolerance
 
 
 def stated_values(rig: Rig) -> dict[str, float]:
@@ -299,8 +300,10 @@ def laws_of(rig: Rig, tolerance: Mapping[str, object] | None = None) -> tuple[La
     for name, size in tolerance.items():
         if name not in known:
             raise RigError(f"rig.tolerance.{name}: expected one of {', '.join(known)}")
-        if isinstance(size, bool) or not isinstance(size, int | float) or not 0 < size < math.inf:
-            raise RigError(f"rig.tolerance.{name} = {quoted(size)}: expected a standard deviation above 0")
+        most = 0.5 if PRIORS[name].shape == "logit" else _LARGEST
+        if isinstance(size, bool) or not isinstance(size, int | float) or not 0 < size < most:
+            expected = f"expected a standard deviation above 0 and below {most:g}"
+            raise RigError(f"rig.tolerance.{name} = {quoted(size)}: {expected}")
     stated = Law("linear" if rig.superelastic is None else "flag", rig.preload_N, _coordinates(rig, tolerance))
     metals = [stated]
     if rig.superelastic is None and isinstance(rig.joint, NotchedTube):
@@ -311,8 +314,9 @@ def laws_of(rig: Rig, tolerance: Mapping[str, object] | None = None) -> tuple[La
 
 def _with_and_without(law: Law) -> list[Law]:
     """Leave out play, the other numbers that may be 0, both, or neither."""
-    play = {name for name in _OF_PLAY if PLAY in law.coordinates and law.coordinates[PLAY].may_be_none}
-    others = {name for name, one in law.coordinates.items() if one.may_be_none and name not in play}
+    none = {name for name, one in law.coordinates.items() if one.may_be_none}
+    play = set(_OF_PLAY) if PLAY in none else set()
+    others = (none - play) | (set(LOOP) if LOOP[0] in none else set())
     without = dict.fromkeys(frozenset(names) for names in (play, set(), play | others, others))
 
     def left(names: frozenset[str]) -> dict[str, Coordinate]:
@@ -346,10 +350,14 @@ def _coordinates(
 
 def _of_tolerance(shape: Shape, value: float, size: float) -> Coordinate:
     """Coordinate of a number with a stated standard deviation in its own unit."""
-    if shape == "plain":
-        return Coordinate(shape, value, size)
-    middle = max(value, size)
-    return Coordinate(shape, middle, size / (middle * (1 - middle) if shape == "logit" else middle))
+    middle = value or size
+    match shape:
+        case "plain":
+            return Coordinate(shape, value, size)
+        case "logit":
+            return Coordinate(shape, middle, size / (middle * (1 - middle)))
+        case _:
+            return Coordinate(shape, middle, math.sqrt(math.log1p((size / middle) ** 2)))
 
 
 def drawn(laws: tuple[Law, ...], rng: np.random.Generator) -> tuple[Law, Floats]:

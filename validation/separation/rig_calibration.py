@@ -40,7 +40,7 @@ from validation.separation.posterior import (
     sampled,
     weights_of,
 )
-from validation.separation.priors import LOOP, PRIORS, Law, laws_of
+from validation.separation.priors import LOOP, PLAY, PRIORS, Law, laws_of
 
 SAMPLES = 300
 """Samples of a record that the fit keeps. The mechanics is quasi-static: only the reversals are indispensable."""
@@ -57,6 +57,8 @@ _STEP = 1e-3  # of finite differences of z
 _FAILED = 1e3  # residual where no rig has these numbers or follows the drive: far from any posterior
 _AT_REST = 0.05  # share of the drive's range: a record that begins this close to zero begins from rest
 _OTHER_LOOPS = (0.5, 2.0)  # slip angles over that of the rig, from which the fit starts again
+_FAR_FROM_FILE = 4.0  # standard deviations: of a rig as its file says, one number in 16,000 is as far away
+_LEAST_RANGE = 10.0  # of the angle, over its noise: the range of noise alone is 6
 _LEAST_NOISE = 1e-6  # of the range of the angle: less comes from a simulation
 _HOPELESS = 4.0  # times the sum of squares of another law: twice its misfit
 _FAR = 60.0  # sum of squares above the least: odds of exp(-30)
@@ -135,7 +137,7 @@ class RigCalibration:
     @property
     def has_play(self) -> bool:
         """Whether any of :attr:`rigs` has play."""
-        return any(rig.backlash is not None for rig in self.rigs)
+        return any(rig.backlash is not None and rig.backlash.width_mm > 0 for rig in self.rigs)
 
     @property
     def effective_draws(self) -> float:
@@ -243,6 +245,9 @@ def calibrate_rig(records: Sequence[Record], *, seed: int = 0) -> RigCalibration
     RigError
         The rig is invalid, cannot follow its record, or needs times or cycles.
     """
+    for record in records[1:]:
+        if "tolerance" in record.rig and record.rig["tolerance"] != records[0].rig.get("tolerance"):
+            raise RecordError(f"{record.source or record.title}: rig.tolerance: expected it in the first record only")
     sensed = [cleaned(record) for record in records]
     loops = tuple(_loop(one) for one in sensed)
     noise_deg = _noise_deg([one.record for one in sensed])
@@ -252,7 +257,19 @@ def calibrate_rig(records: Sequence[Record], *, seed: int = 0) -> RigCalibration
     scale = (sigma_deg / noise_deg) ** 2
     close = [mode for mode in found if mode.square - found[0].square <= _FAR * scale]
     modes = _distinct([_refitted(mode, sigma_deg) for mode in close])
-    return replace(_calibration(modes, noise_deg, seed), notes=sensor_notes(sensed))
+    return replace(_calibration(modes, noise_deg, seed), notes=sensor_notes(sensed) + _far_from_file(modes[0]))
+
+
+def _far_from_file(mode: _Mode) -> tuple[str, ...]:
+    """Warn of numbers that records put far from what the rig's file says."""
+    law, z = mode.problem.law, mode.best.z
+    numbers = zip(law.coordinates.items(), law.values(z).values(), z.tolist(), strict=True)
+    return tuple(
+        f"{name} = {value:.3g} {PRIORS[name].unit} is {abs(at):.1f} standard deviations from the {one.middle:.3g} "
+        f"{PRIORS[name].unit} in the file of the rig: the file is wrong, or an effect is missing"
+        for (name, one), value, at in numbers
+        if abs(at) > _FAR_FROM_FILE and not one.may_be_none
+    )
 
 
 def _laws(record: Record, rig: Rig) -> tuple[Law, ...]:
@@ -265,21 +282,34 @@ def _laws(record: Record, rig: Rig) -> tuple[Law, ...]:
 def _optima(problems: Sequence[_Problem]) -> list[_Mode]:
     """Optima of all laws that are not the same, the likeliest first.
 
-    The first law of each name begins with the stated rig, and again with other loops of the material, which may be
-    several optima away. Those with fewer or more numbers begin from its best. A name that leaves far more than another
-    is not followed further.
+    The first law of each name, and the first one with play, begin with the stated rig. The first begins again with
+    other loops of the material, which may be several optima away. All others begin from its best, and those with play
+    from the first with play, too: play that has once been taken for friction is not found from there. A name that
+    leaves far more than another is not followed further.
     """
     firsts = {one.law.name: one for one in reversed(problems)}
-    found = {name: [_Mode(one, optimum(one, np.zeros(len(one.law.coordinates))))] for name, one in firsts.items()}
+    with_play = {one.law.name: one for one in reversed(problems) if PLAY in one.law.coordinates}
+    begun = {name: dict.fromkeys([one, with_play.get(name, one)]) for name, one in firsts.items()}
+    found = {
+        name: [_Mode(one, optimum(one, np.zeros(len(one.law.coordinates)))) for one in ones]
+        for name, ones in begun.items()
+    }
     least = min(mode.square for modes in found.values() for mode in modes)
     for name, modes in found.items():
-        if modes[0].square > _HOPELESS * least:
+        if min(mode.square for mode in modes) > _HOPELESS * least:
             continue
         first, z = firsts[name], modes[0].best.z
         modes += [_Mode(first, optimum(first, start)) for start in _with_other_loops(first.law, z)]
-        best = min(modes, key=lambda mode: mode.square).best.z
-        others = [one for one in problems if one.law.name == name and one is not first]
-        modes += [_Mode(one, optimum(one, _carried(best, first.law, one.law))) for one in others]
+        of_first = [mode for mode in modes if mode.problem is first]
+        best = min(of_first, key=lambda mode: mode.square).best.z
+        played = [mode for mode in modes if mode.problem is not first]
+        for one in (one for one in problems if one.law.name == name and one is not first):
+            starts = [
+                (best, first.law),
+                *((mode.best.z, mode.problem.law) for mode in played if mode.problem is not one),
+            ]
+            use = starts if PLAY in one.law.coordinates else starts[:1]
+            modes += [_Mode(one, optimum(one, _carried(z, law, one.law))) for z, law in use]
     return _without_repetition([mode for modes in found.values() for mode in modes])
 
 
@@ -367,6 +397,10 @@ def _loop(sensed: Cleaned) -> _Loop:
     if record.drive_unit != "mm":
         raise RecordError(f"{name}: drive in {record.drive_unit}: expected mm for a known rig")
     require_reversal(record)
+    covered, floor = float(np.ptp(record.angle_deg[read])), noise_floor(record)
+    if covered < _LEAST_RANGE * floor:
+        expected = f"expected at least {_LEAST_RANGE:g} times the noise"
+        raise RecordError(f"{name}: the angle covers {covered:.3g} deg, at a noise of {floor:.2g} deg: {expected}")
     require_the_rigs_sense(record)
     every = max(1, math.ceil(int(read.sum()) / SAMPLES))
     keep = np.zeros(record.drive.size, dtype=bool)
@@ -450,7 +484,9 @@ def _parameters(law: Law, z: Floats, drawn: Sequence[_Drawn], weights: Floats) -
         if not (name in best if prior.unstated is None else any(name in one for one, _ in own)):
             continue
         values, share = (np.array(one) for one in zip(*known, strict=True))
-        value, (low, high) = best.get(name, 0.0), quantiles(values, share / share.sum(), LEVELS)
+        is_log = prior.shape == "log" and bool((values > 0).all())
+        ends = quantiles(np.log(values) if is_log else values, share / share.sum(), LEVELS)
+        value, (low, high) = best.get(name, 0.0), np.exp(ends).tolist() if is_log else ends
         found[name] = Parameter(value, max(0.0, min(low, value)), max(high, value), prior.unit)
     return found
 
