@@ -174,6 +174,20 @@ def test_play_is_a_part_of_its_own():
     assert found.residual_percent == pytest.approx(without.residual_percent, abs=0.5)  # the play is no such residual
 
 
+def test_a_loop_of_play_alone_has_shares_of_its_width():
+    smooth = replace(RIG, friction=Friction(), material=replace(RIG.material, loop_share=0.0), backlash=Backlash(0.1))
+    found = separate(smooth, PROGRAM)
+    assert found.shares("dissipated_mJ") is None
+    assert found.shares("width_deg")["play"] == pytest.approx(1, abs=0.2)  # elastic tendons narrow it
+
+
+def test_an_angle_of_noise_alone_is_refused():
+    one = measured_loop(20.0, 1)
+    noise = np.random.default_rng(0).normal(0, 0.05, one.drive.size)
+    with pytest.raises(ValueError, match="times the noise"):
+        calibrate_rig([replace(one, angle_deg=noise)])
+
+
 @pytest.mark.slow
 def test_multibody_model_agrees(monkeypatch):
     pytest.importorskip("exudyn", reason="Exudyn cannot be imported here: its library libGL.so.1 is missing?")

@@ -90,11 +90,13 @@ def test_notches_that_differ_are_moved_alike():
 
 def test_a_stated_tolerance_takes_the_place_of_the_prior():
     law, *_ = laws_of(RIG, {"EA_N": 170.0, "depth_mm": 0.002, "loop_share": 0.024})
-    assert law.coordinates["EA_N"].spread == pytest.approx(0.01, rel=1e-3)
+    assert law.coordinates["EA_N"].spread == pytest.approx(np.sqrt(np.log1p(0.01**2)))  # of a log-normal number
+    (wide, *_) = laws_of(RIG, {"EA_N": 3e4})
+    assert wide.coordinates["EA_N"].middle == RIG.tendon_a.EA_N  # a wide tolerance does not move the value
     assert law.coordinates["depth_mm"].spread == 0.002
     z = 1e-4 * np.eye(len(law.coordinates))[list(law.coordinates).index("loop_share")]
     assert (law.values(z)["loop_share"] - 0.4) / 1e-4 == pytest.approx(0.024, rel=1e-3)
-    for wrong in ({"width_mm": 0.1}, {"EA_N": 0.0}, {"EA_N": "10 %"}):
+    for wrong in ({"width_mm": 0.1}, {"EA_N": 0.0}, {"EA_N": "10 %"}, {"EA_N": 10**400}, {"loop_share": 1.0}):
         with pytest.raises(RigError, match=r"rig\.tolerance\."):
             laws_of(RIG, wrong)
 
