@@ -63,7 +63,4 @@ def late_words(record: Record) -> str | None:
     if late is None:
         return None
     samples = "1 sample" if late.samples == 1 else f"{late.samples} samples"
-    return (
-        f"the angle goes on for {samples} after the drive reverses, by {late.angle_deg:.2g} deg: it is read late, and "
-        "without times (t_s) no delay can be traced"
-    )
+    return f"the angle goes on for {samples} after the drive reverses, by {late.angle_deg:.2g} deg: it is read late"

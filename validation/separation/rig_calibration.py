@@ -14,6 +14,7 @@ from itertools import combinations
 
 import numpy as np
 
+from fem_models.analytic.of_record import require_the_rigs_unit
 from fem_models.chain import simulate_chain, solve_chain
 from fem_models.chain.along import line_along, moved_along, moved_run, moved_series, taped_run
 from fem_models.chain.solve import chain_angle_deg
@@ -27,7 +28,8 @@ from hysteresis.fitting.uncertainty import Parameter
 from hysteresis.records.metrics import noise_floor
 from hysteresis.records.path import branches, require_reversal
 from hysteresis.records.record import RecordError
-from hysteresis.sensors.readings import Cleaned, cleaned, sensor_notes
+from hysteresis.sensors.lateness import late_words
+from hysteresis.sensors.readings import Cleaned, cleaned, require_rows, sensor_notes
 from validation.separation.contributions import loop_program
 from validation.separation.posterior import (
     Optimum,
@@ -241,10 +243,13 @@ def calibrate_rig(records: Sequence[Record], *, seed: int = 0) -> RigCalibration
     Raises
     ------
     RecordError
-        No record; or a record without a known rig, without a loop, or with a drive that is not in mm.
+        No record; or a record without a known rig, without a loop, with a drive that is not in mm, or that is wrong as
+        recorded: rows in no order, an angle that is wrapped, in radians or of the other sense.
     RigError
         The rig is invalid, cannot follow its record, or needs times or cycles.
     """
+    for record in records:
+        require_rows(record)
     for record in records[1:]:
         if "tolerance" in record.rig and record.rig["tolerance"] != records[0].rig.get("tolerance"):
             raise RecordError(f"{record.source or record.title}: rig.tolerance: expected it in the first record only")
@@ -257,7 +262,13 @@ def calibrate_rig(records: Sequence[Record], *, seed: int = 0) -> RigCalibration
     scale = (sigma_deg / noise_deg) ** 2
     close = [mode for mode in found if mode.square - found[0].square <= _FAR * scale]
     modes = _distinct([_refitted(mode, sigma_deg) for mode in close])
-    return replace(_calibration(modes, noise_deg, seed), notes=sensor_notes(sensed) + _far_from_file(modes[0]))
+    notes = (*sensor_notes(sensed), *map(_late, records), *_far_from_file(modes[0]))
+    return replace(_calibration(modes, noise_deg, seed), notes=tuple(filter(None, notes)))
+
+
+def _late(record: Record) -> str:
+    words = late_words(record)
+    return f"{record.source or record.title or 'record'}: {words}, and its lag counts as loss here" if words else ""
 
 
 def _far_from_file(mode: _Mode) -> tuple[str, ...]:
@@ -402,6 +413,7 @@ def _loop(sensed: Cleaned) -> _Loop:
         expected = f"expected at least {_LEAST_RANGE:g} times the noise"
         raise RecordError(f"{name}: the angle covers {covered:.3g} deg, at a noise of {floor:.2g} deg: {expected}")
     require_the_rigs_sense(record)
+    require_the_rigs_unit(record)
     every = max(1, math.ceil(int(read.sum()) / SAMPLES))
     keep = np.zeros(record.drive.size, dtype=bool)
     keep[np.flatnonzero(read)[::every]] = True

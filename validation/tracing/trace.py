@@ -399,7 +399,8 @@ def _as_recorded(search: Search, baseline: Fitted) -> str | None:
         return None
     for one in search.problem.records:
         if words := late_words(one.record):
-            return f"{Path(one.record.source).name or 'a record'}: {words}"
+            name = Path(one.record.source).name or "a record"
+            return f"{name}: {words}, and without times (t_s) no delay can be traced"
     return exchanged_words(search, baseline)
 
 
