@@ -23,11 +23,17 @@ import numpy as np
 
 from hysteresis import Fit, identify
 from hysteresis.arrays import Floats
-from hysteresis.fitting.recursive import OUTSIDE_FIT, Recursion, RecursionSettings, start_recursion, updated
+from hysteresis.fitting.recursive import (
+    OUTSIDE_FIT,
+    Recursion,
+    RecursionSettings,
+    settings_for,
+    start_recursion,
+    updated,
+)
 from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.records.record import Record
 from hysteresis.records.record_file import read_record
-from studies.firmware.files import settings_of_size
 from validation.measured.folder import measured_folder
 
 HALF = "its second half"
@@ -94,7 +100,7 @@ def one_pair(names: tuple[str, str], law: str) -> Pair:
     low, high = fit.drive_range
     drive, angle = np.clip(new.drive, low, high), new.angle_deg
     known = round(KNOWN * drive.size)
-    settings = settings_of_size(float(np.ptp(fit.f(np.array([low, high])))), fit.heldout.rmse_deg)
+    settings = settings_for(float(np.ptp(fit.f(np.array([low, high])))), fit.heldout.rmse_deg)
     zero_alone = replace(settings, scale=(settings.scale[0], 1e-6, 1e-6))
     f = fit.f(drive)
     errors, outside = [], False

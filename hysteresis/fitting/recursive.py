@@ -3,12 +3,14 @@
 The model is angle = zero + gain f(drive) + h, where h is the identified law with its saturation times a width. The
 slope of h after a reversal stays. The three are found by recursive least squares on the prediction error (Ljung and
 Soderstrom 1983), linearised about the present width: dh/dwidth is the difference to a second law that is
-:data:`WIDER` times wider and follows the same path.
+:data:`WIDER` times wider and follows the same path. A law whose width changes gets the state that it would have had
+with that width all along, to first order: h moves by as much as the slope says.
 
 - The covariance is held as a square root S, P = S S', and is changed by factors, so it stays positive (Potter 1963).
 - Forgetting is directional (Kulhavy 1987): old data are forgotten only along the direction that a new sample excites.
   With f = S' phi and z = f' f, both over the noise, S becomes S (I - m f f'), m z = 1 - 1 / sqrt(lambda (1 + z)), and
   the estimate moves by S f e / (1 + z). Nothing is forgotten where the variance would grow beyond that at the start.
+- The error of a law is correlated along the stroke: samples that are :attr:`RecursionSettings.alike` count as one.
 - A sample counts only after f has moved by a spacing. Without motion nothing is learnt and nothing forgotten.
 """
 
@@ -27,6 +29,8 @@ WIDER = 1.05
 """Width of the second law over that of the first one."""
 CLIPPED = 5.0
 """Prediction errors count at most this many standard deviations: a lone wrong reading moves little."""
+_SPACING = 0.005  # of the range of f: some 400 samples a loop
+_ALIKE = 0.1  # of the range of f: length along which the error of a law is correlated
 
 NOT_EXCITED, AT_BOUND, OUTSIDE_FIT, NOT_FINITE = 1, 2, 4, 8
 """Bits of :attr:`Recursion.flags`: f has not moved enough since the last sample; a constant is held at its bound; the
@@ -58,6 +62,9 @@ class RecursionSettings:
         Bounds of the three; 0, 1 and 1 lie within, and gain and width are above 0.
     forgetting
         lambda, above 0, at most 1. About 1 / (1 - lambda) samples are remembered.
+    alike
+        Number of samples in a row whose errors are about the same, at least 1: together they count as one. What a law
+        misses varies along the stroke, not from sample to sample.
     outside
         Root mean square of the error over the noise above which the device has left the fit.
 
@@ -74,6 +81,7 @@ class RecursionSettings:
     highest: tuple[float, float, float]
     forgetting: float = 0.995
     outside: float = 3.0
+    alike: float = 1.0
 
     def __post_init__(self) -> None:
         for name, value in (("noise_deg", self.noise_deg), ("spacing_deg", self.spacing_deg)):
@@ -83,6 +91,8 @@ class RecursionSettings:
             raise ValueError(f"scale = {self.scale}: expected three numbers above 0")
         if not 0.0 < self.forgetting <= 1.0:
             raise ValueError(f"forgetting = {self.forgetting:g}: expected above 0, at most 1")
+        if not 1.0 <= self.alike < math.inf:
+            raise ValueError(f"alike = {self.alike:g}: expected at least 1")
         if not self.outside > 1.0:
             raise ValueError(f"outside = {self.outside:g}: expected above 1")
         rows = zip(self.lowest, (0.0, 1.0, 1.0), self.highest, strict=True)
@@ -91,6 +101,20 @@ class RecursionSettings:
                 f"lowest = {self.lowest}, highest = {self.highest}: expected 0, 1 and 1 between them, "
                 f"and gain and width above 0"
             )
+
+
+def settings_for(size_deg: float, error_deg: float) -> RecursionSettings:
+    """Choose the constants for the range of f and the root mean square error that a fit leaves, both in deg."""
+    zero = 0.1 * size_deg
+    return RecursionSettings(
+        noise_deg=max(error_deg, 1e-4 * size_deg),
+        spacing_deg=_SPACING * size_deg,
+        scale=(0.5 * zero, 0.15, 0.5),
+        lowest=(-zero, 0.5, 0.25),
+        highest=(zero, 2.0, 4.0),
+        forgetting=0.998,
+        alike=2 * _ALIKE / _SPACING,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,26 +180,27 @@ def updated(before: Recursion, f_deg: float, angle_deg: float) -> Recursion:
         return replace(moved, flags=moved.flags | NOT_EXCITED)
     now = before.drift
     steeper = (_sum(moved.wider, f_deg) - _sum(moved.elements, f_deg)) / ((WIDER - 1.0) * now.width)
-    phi = np.array(settings.scale) * np.array([1.0, f_deg, steeper]) / settings.noise_deg
+    of_one = settings.noise_deg * math.sqrt(settings.alike)
+    phi = np.array(settings.scale) * np.array([1.0, f_deg, steeper]) / of_one
     error = angle_deg - moved.angle_deg
     direction, root = phi @ before.root, before.root
     seen = float(direction @ direction)
-    most = CLIPPED * settings.noise_deg * math.sqrt(1.0 + seen)
+    most = CLIPPED * settings.noise_deg * math.sqrt(1.0 + settings.alike * seen)
     clipped = min(most, max(-most, error))
-    gain = root @ direction * (clipped / (settings.noise_deg * (1.0 + seen)))
+    gain = root @ direction * (clipped / (of_one * (1.0 + seen)))
     wanted = np.array([now.zero_deg, now.gain, now.width]) + np.array(settings.scale) * gain
     held = np.clip(wanted, settings.lowest, settings.highest)
     drift = Drift(*held.tolist())
     share = 1.0 - settings.forgetting
-    mean_square = (
-        settings.forgetting * before.mean_square_deg2 + share * clipped**2
-    )  # one lost reading is not another device
+    # clipped, too: one lost reading is not another device
+    mean_square = settings.forgetting * before.mean_square_deg2 + share * clipped**2
     outside = mean_square > (settings.outside * settings.noise_deg) ** 2
+    elements, wider = _with_width(moved, drift.width / now.width)
     return replace(
         moved,
         drift=drift,
-        elements=_widened(moved.elements, drift.width / now.width, f_deg),
-        wider=_widened(moved.wider, drift.width / now.width, f_deg),
+        elements=elements,
+        wider=wider,
         sampled_deg=f_deg,
         root=_forgotten(root, direction, seen, settings.forgetting),
         mean_square_deg2=mean_square,
@@ -197,6 +222,19 @@ def _forgotten(root: Floats, direction: Floats, seen: float, forgetting: float) 
 
 def _sum(elements: Sequence[Element], f_deg: float) -> float:
     return sum(float(one.along(np.array([f_deg]))[0]) for one in elements)
+
+
+def _with_width(at: Recursion, ratio: float) -> tuple[tuple[Element, ...], tuple[Element, ...]]:
+    """Give both laws a width times a ratio, in the states that they would have had with it, to first order."""
+    f, laws = np.array([at.f_deg]), []
+    for factor, times in ((1.0, (ratio - 1.0) / (WIDER - 1.0)), (WIDER, (ratio - 1.0) / (WIDER - 1.0) + ratio)):
+        laws.append(
+            tuple(
+                one.widened(factor * ratio).in_state(one.state + times * (wide.state - one.state)).after(f)
+                for one, wide in zip(at.elements, at.wider, strict=True)
+            )
+        )
+    return laws[0], laws[1]
 
 
 def _widened(elements: Sequence[Element], factor: float, f_deg: float) -> tuple[Element, ...]:

@@ -93,6 +93,16 @@ class BoucWen:
         h0 = min(most, max(-most, self.h0_deg))
         return replace(self, beta=power * self.beta, gamma=power * self.gamma, h0_deg=h0)
 
+    @property
+    def state(self) -> Floats:
+        """Give h, shape (1,), deg."""
+        return np.array([self.h0_deg])
+
+    def in_state(self, state: Floats) -> BoucWen:
+        """Return the law with another h, shape (1,), deg, held within its saturation."""
+        most = self.saturation_deg
+        return replace(self, h0_deg=min(most, max(-most, float(state[0]))))
+
     def row(self) -> Floats:
         """Return the parameters as a row (A, beta, gamma, n, h0_deg) of :func:`hysteresis_batch`, shape (5,)."""
         return np.array([self.A, self.beta, self.gamma, self.n, self.h0_deg])

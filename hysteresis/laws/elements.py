@@ -53,6 +53,13 @@ class Element(Protocol):
     def widened(self, factor: float, /) -> Element:
         """Return the element with a saturation times a factor above 0; its slope after a reversal, and h, stay."""
 
+    @property
+    def state(self) -> Floats:
+        """What the element remembers, shape (p,), deg; linear in h."""
+
+    def in_state(self, state: Floats, /) -> Element:
+        """Return the element with another memory, shape (p,), deg, held within its limits at the next sample."""
+
 
 class Constant(NamedTuple):
     """One constant of a law beside |A| and S: its coordinate's name and bounds, and its value for a play operator."""
@@ -167,6 +174,16 @@ class AsymmetricElement:
         most = max(max(side) for side in limits)
         return replace(self, limits_deg=limits, h0_deg=min(most, max(-most, self.h0_deg)))
 
+    @property
+    def state(self) -> Floats:
+        """Give h, shape (1,), deg."""
+        return np.array([self.h0_deg])
+
+    def in_state(self, state: Floats) -> AsymmetricElement:
+        """Return the law with another h, shape (1,), deg, held within the largest limit."""
+        most = self.saturation_deg
+        return replace(self, h0_deg=min(most, max(-most, float(state[0]))))
+
 
 def _psi_of(onward: Floats, kappa: Floats) -> Floats:
     """Tabulate psi, shape (k, 2, 2, 2), from its values with the motion, (k, 2, 2), and kappa, (k,)."""
@@ -261,6 +278,15 @@ class StopsElement:
         constants = self.constants.copy()
         constants[1] *= factor
         return replace(self, constants=constants)
+
+    @property
+    def state(self) -> Floats:
+        """Give the stops, shape (p,), deg."""
+        return self.stops
+
+    def in_state(self, state: Floats) -> StopsElement:
+        """Return the law with other stops, shape (p,), deg, held within their thresholds at the next sample."""
+        return replace(self, stops=np.asarray(state, dtype=float))
 
 
 def _stops_rows(sign: Floats, values: Floats) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from importlib.resources import files
 from pathlib import Path
@@ -11,14 +12,13 @@ import numpy as np
 
 from hysteresis.arrays import Floats
 from hysteresis.files import RecordError
-from hysteresis.fitting.recursive import CLIPPED, WIDER, RecursionSettings
+from hysteresis.fitting.recursive import CLIPPED, WIDER, RecursionSettings, settings_for
 from studies.firmware.about import about, package_version
 from studies.firmware.branches import branches
 from studies.firmware.laws import LawInC, law_in_c, listed, number
 from studies.firmware.read import Compensator
 from studies.firmware.vector import made_vector
 
-_SPACING = 0.005  # of the range of f: some 400 samples a loop
 THOUSANDTHS = {"mm": "um", "deg": "mdeg", "step": "mstep", "N": "mN"}
 """Names of the thousandth parts of the units of a drive, for tables of whole numbers."""
 
@@ -113,19 +113,7 @@ def _values(compensator: Compensator, law: LawInC) -> dict[str, str]:
 def recursion_settings(compensator: Compensator) -> RecursionSettings:
     """Choose the constants of re-identification: noise of the held-out error, scales and bounds of the fit's size."""
     fit, layer = compensator.fit, compensator.layer
-    return settings_of_size(float(np.ptp(compensator.angle_deg)), max(fit.noise_floor_deg, layer.heldout_rmse_deg))
-
-
-def settings_of_size(size_deg: float, noise_deg: float) -> RecursionSettings:
-    """Choose them for the range of f and the error that is left of a fit, deg."""
-    zero = 0.1 * size_deg
-    return RecursionSettings(
-        noise_deg=max(noise_deg, 1e-4 * size_deg),
-        spacing_deg=_SPACING * size_deg,
-        scale=(0.5 * zero, 0.15, 0.5),
-        lowest=(-zero, 0.5, 0.25),
-        highest=(zero, 2.0, 4.0),
-    )
+    return settings_for(float(np.ptp(compensator.angle_deg)), max(fit.noise_floor_deg, layer.heldout_rmse_deg))
 
 
 def _recursion_values(settings: RecursionSettings) -> dict[str, str]:
@@ -142,6 +130,8 @@ def _recursion_values(settings: RecursionSettings) -> dict[str, str]:
         "outside_words": f"{outside:.3g}",
         "outside_square": repr(outside**2),
         "forgetting": repr(settings.forgetting),
+        "alike": repr(settings.alike),
+        "of_one": repr(settings.noise_deg * math.sqrt(settings.alike)),
         "scale": row(settings.scale),
         "lowest": row(settings.lowest),
         "highest": row(settings.highest),

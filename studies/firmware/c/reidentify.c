@@ -13,6 +13,8 @@
 #define NOISE R(${noise})
 #define SPACING R(${spacing})         /* change of f between samples that count, deg */
 #define FORGETTING R(${forgetting})
+#define ALIKE R(${alike})             /* samples in a row whose errors are one */
+#define OF_ONE R(${of_one})            /* noise of a sample as one of so many, deg */
 #define OUTSIDE_SQUARE R(${outside_square})  /* mean square of the errors beyond which the fit does not hold, deg^2 */
 #define CLIPPED R(${clipped})
 
@@ -34,6 +36,17 @@ static int shrunk_root(const real (*root)[3], const real *direction, const real 
         fits = fits && square <= 1;
     }
     return fits;
+}
+
+/* Put both memories where they would be with a width times a ratio all along, to first order. */
+static void with_width(real *wider, real *memory, real ratio)
+{
+    int i;
+    for (i = 0; i < ${memory}; i++) {
+        const real by_width = wider[i] - memory[i];
+        memory[i] += (ratio - 1) / (WIDER - 1) * by_width;
+        wider[i] = memory[i] + ratio * by_width;
+    }
 }
 
 void notchbend_estimator_init(notchbend_estimator *estimator, const notchbend_state *state)
@@ -64,9 +77,9 @@ unsigned notchbend_estimate(notchbend_estimator *estimator, notchbend_state *sta
     drift[0] = &state->zero_deg;
     drift[1] = &state->gain;
     drift[2] = &state->width;
-    phi[0] = SCALE[0] / NOISE;
-    phi[1] = SCALE[1] * f / NOISE;
-    phi[2] = SCALE[2] * ((h - state->h_deg) / ((WIDER - 1) * width)) / NOISE;
+    phi[0] = SCALE[0] / OF_ONE;
+    phi[1] = SCALE[1] * f / OF_ONE;
+    phi[2] = SCALE[2] * ((h - state->h_deg) / ((WIDER - 1) * width)) / OF_ONE;
     for (j = 0; j < 3; j++) {
         direction[j] = 0;
         for (i = 0; i < 3; i++)
@@ -74,7 +87,7 @@ unsigned notchbend_estimate(notchbend_estimator *estimator, notchbend_state *sta
         seen += direction[j] * direction[j];
     }
     error = angle_deg - angle_at(state, f, state->h_deg);
-    most = CLIPPED * NOISE * SQRT(1 + seen);
+    most = CLIPPED * NOISE * SQRT(1 + ALIKE * seen);
     error = error < -most ? -most : error > most ? most : error;
     estimator->mean_square = FORGETTING * estimator->mean_square + (1 - FORGETTING) * (error * error);
     estimator->flags = estimator->mean_square > OUTSIDE_SQUARE ? NOTCHBEND_OUTSIDE_FIT : 0u;
@@ -83,7 +96,7 @@ unsigned notchbend_estimate(notchbend_estimator *estimator, notchbend_state *sta
         along[i] = 0;
         for (j = 0; j < 3; j++)
             along[i] += estimator->root[i][j] * direction[j];
-        wanted = *drift[i] + SCALE[i] * (along[i] * (error / (NOISE * (1 + seen))));
+        wanted = *drift[i] + SCALE[i] * (along[i] * (error / (OF_ONE * (1 + seen))));
         if (wanted < LOWEST[i] || wanted > HIGHEST[i])
             estimator->flags |= NOTCHBEND_AT_BOUND;
         *drift[i] = wanted < LOWEST[i] ? LOWEST[i] : wanted > HIGHEST[i] ? HIGHEST[i] : wanted;
@@ -93,6 +106,7 @@ unsigned notchbend_estimate(notchbend_estimator *estimator, notchbend_state *sta
     for (i = 0; i < 3; i++)
         for (j = 0; j < 3; j++)
             estimator->root[i][j] = found[i][j];
+    with_width(estimator->memory, state->memory, state->width / width);
     follow(estimator->memory, f, f, WIDER * state->width);
     state->h_deg = follow(state->memory, f, f, state->width);
     estimator->sampled_deg = f;

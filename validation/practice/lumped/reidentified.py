@@ -17,7 +17,14 @@ import numpy as np
 
 from hysteresis import Fit, Record, identify
 from hysteresis.arrays import Floats, Ints
-from hysteresis.fitting.recursive import OUTSIDE_FIT, Recursion, RecursionSettings, start_recursion, updated
+from hysteresis.fitting.recursive import (
+    OUTSIDE_FIT,
+    Recursion,
+    RecursionSettings,
+    settings_for,
+    start_recursion,
+    updated,
+)
 from hysteresis.laws.inverse import inverse_curve, inverse_hysteresis, uncompensated_drive
 from validation.practice.lumped.cases import drawn_rig
 from validation.practice.lumped.rig import LumpedRig, simulate_lumped
@@ -102,11 +109,7 @@ def reference_cycle(size_deg: float, number: int) -> Floats:
 
 
 def _settings(fit: Fit) -> RecursionSettings:
-    size = float(np.ptp(fit.f(np.array(fit.drive_range))))
-    noise = max(fit.heldout.rmse_deg, 1e-4 * size)
-    return RecursionSettings(
-        noise, 0.005 * size, (0.05 * size, 0.15, 0.5), (-0.1 * size, 0.5, 0.25), (0.1 * size, 2.0, 4.0)
-    )
+    return settings_for(float(np.ptp(fit.f(np.array(fit.drive_range)))), fit.heldout.rmse_deg)
 
 
 def _drives(fit: Fit, state: Recursion, reference: Floats) -> Floats:
