@@ -3,6 +3,7 @@
 import ctypes
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from hysteresis.fitting.recursive import (
     NOT_FINITE,
     OUTSIDE_FIT,
     Drift,
+    settings_for,
     start_recursion,
     updated,
 )
@@ -209,3 +211,43 @@ def test_a_device_that_the_model_cannot_be_is_said_to_have_left_the_fit(tmp_path
         last = [flags for flags in seen[-300:] if not flags & NOT_EXCITED]
         assert last
         assert np.mean([bool(flags & flag) if flag else not flags for flags in last]) > 0.8
+
+
+@pytest.mark.parametrize("case", LAWS)
+def test_h_takes_the_width_that_is_learnt_at_once(tmp_path, case):
+    """Amid a stroke, where all that is learnt is width: h is that of the law with this width all along."""
+    compensator = read_compensator(stored_fit(tmp_path / "identify.json", case), "cmp")
+    layer, settings = compensator.layer, recursion_settings(compensator)
+    settings = replace(settings, scale=(1e-9, 1e-9, 0.5), noise_deg=1e-3, alike=1.0)
+    f = layer.f(np.concatenate([np.linspace(0, 1.5, 60), np.linspace(1.5, 1.42, 9)[1:]]))
+    one = start_recursion(layer.elements, float(layer.f(np.array([layer.first_drive]))[0]), settings)
+    for at in f:
+        one = updated(one, float(at), math.nan)
+    one = updated(replace(one, sampled_deg=math.inf), float(f[-1]), one.angle_deg + 0.02)
+    assert abs(one.drift.width - 1) > 1e-3
+    path = np.append(layer.f(np.array([layer.first_drive])), f)
+    h, as_it_was = (sum(e.widened(w).along(path)[-1] for e in layer.elements) for w in (one.drift.width, 1.0))
+    learnt = one.angle_deg - one.drift.zero_deg - one.drift.gain * one.f_deg
+    assert abs(h - as_it_was) > 1e-3
+    assert learnt - as_it_was == pytest.approx(h - as_it_was, rel=0.1)
+
+
+def test_an_error_that_is_alike_along_a_stroke_counts_once(tmp_path):
+    """Half a stroke with a constant error of three times that of the fit: zero takes some of it, width stays."""
+    compensator = read_compensator(stored_fit(tmp_path / "identify.json"), "cmp")
+    layer, settings = compensator.layer, recursion_settings(compensator)
+    f = layer.f(np.linspace(0, 1.5, 300))
+    angle = device(layer, np.linspace(0, 1.5, 300), Drift(), 0.0) + 3 * settings.noise_deg
+    one, each = (
+        start_recursion(layer.elements, float(layer.f(np.array([layer.first_drive]))[0]), of)
+        for of in (settings, replace(settings, alike=1.0))
+    )
+    for at, seen in zip(f, angle, strict=True):
+        one, each = updated(one, float(at), float(seen)), updated(each, float(at), float(seen))
+    assert abs(one.drift.width - 1) <= one.standard_deviation.width
+    assert one.standard_deviation.width > each.standard_deviation.width
+
+
+def test_alike_below_one_is_refused():
+    with pytest.raises(ValueError, match="alike = 0.5: expected at least 1"):
+        replace(settings_for(60.0, 0.1), alike=0.5)
