@@ -249,5 +249,5 @@ def test_an_error_that_is_alike_along_a_stroke_counts_once(tmp_path):
 
 
 def test_alike_below_one_is_refused():
-    with pytest.raises(ValueError, match="alike = 0.5: expected at least 1"):
+    with pytest.raises(ValueError, match=r"alike = 0\.5: expected at least 1"):
         replace(settings_for(60.0, 0.1), alike=0.5)
