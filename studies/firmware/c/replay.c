@@ -33,7 +33,7 @@ int main(int count, char **words)
             largest = found > expected ? found - expected : expected - found;
     }
     if (compared)
-        fprintf(stderr, "largest difference in %ld rows: %.3g %s\n", compared, largest, observes ? "deg" : "${unit}");
+        (void)fprintf(stderr, "largest difference in %ld rows: %.3g %s\n", compared, largest, observes ? "deg" : "${unit}");
     return 0;
 }
 #endif

@@ -3,7 +3,9 @@
 import ctypes
 import re
 import subprocess
+import sys
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -167,6 +169,21 @@ def test_sanitizers_find_nothing(exported, case, options):
     hard = [1e9, -1e9, 1e308, float("nan"), float("inf"), 5e-324, 0.0, -90.0, 90.0]
     assert np.isfinite(replayed(program, [*one.angle_deg[:1000], *hard])).all()
     assert np.isfinite(replayed(program, [*one.drive[:1000], *hard], "observe")).all()
+
+
+TIDY = "-*,clang-analyzer-*,bugprone-*,cert-*,misc-*,performance-*,portability-*"
+"""Checks of clang-tidy. Left out: which arguments look alike, which header a name comes from, and -1 and 1 as reals."""
+NO_TIDY = "-bugprone-easily-swappable-parameters,-misc-include-cleaner,-bugprone-narrowing-conversions"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("options", [(), (FLOAT,)])
+@pytest.mark.parametrize("case", CASES)
+def test_clang_tidy_finds_nothing(exported, case, options):
+    tidy = Path(sys.executable).with_name("clang-tidy")
+    command = [str(tidy), "--quiet", f"--checks={TIDY},{NO_TIDY}", "--warnings-as-errors=*", str(exported(case).source)]
+    done = subprocess.run([*command, "--", "-std=c99", "-DCMP_MAIN", *options], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, "")
 
 
 @pytest.mark.parametrize("case", CASES)
