@@ -50,7 +50,8 @@ class FitResult:
     command: str
 
 
-PAPER_WIDTH_DEG = {10.0: Bound(3.52, 0.2), 20.0: Bound(2.21, 0.15)}
+PAPER_HALF_WIDTH_DEG = {10.0: Bound(3.52, 0.1), 20.0: Bound(2.21, 0.075)}
+"""The paper's hysteresis by preload in N, read as half the width of the loop: docs/validation/readings.md."""
 PAPER_FULL_SCALE_DEG = Bound(45.0, 1.0)
 MODELS_AGREE_DEG = 0.05
 CHAIN_AGREES_DEG = 0.01
@@ -125,13 +126,13 @@ def _ranges(own: OwnRig | None, loops: Sequence[RunLoop], name: str) -> str:
 def _widths(loops: Sequence[RunLoop], own: OwnRig | None, command: str) -> Verdict:
     good, paper = True, []
     for loop in loops if own is None else ():
-        bound = PAPER_WIDTH_DEG.get(loop.preload_N or 0.0)
+        bound = PAPER_HALF_WIDTH_DEG.get(loop.preload_N or 0.0)
         if bound is not None:
-            good &= abs(loop.loop_width_deg - bound.value) <= bound.within
+            good &= abs(loop.loop_width_deg / 2 - bound.value) <= bound.within
             paper.append(f"{bound.value:g} deg")
     values = " / ".join(significant(loop.loop_width_deg) for loop in loops)
     words = f"at {_preloads(loops)}" + (
-        f"; the paper measured {' and '.join(paper)}, read as full widths" if paper else ""
+        f"; the paper measured {' and '.join(paper)}, read as half widths" if paper else ""
     )
     words += _ranges(own, loops, "loop_width_deg")
     state: State = _state(good) if own is None else "note"

@@ -11,12 +11,13 @@ from fem_models.chain.solve import chain_angle_deg
 from fem_models.load import triangle
 from fem_models.rig import Rig
 from hysteresis.arrays import Floats
-from validation.measured.preset_du2018 import AMPLITUDE_MM, FULL_SCALE_DEG, WIDTHS_DEG
+from validation.measured.preset_du2018 import AMPLITUDE_MM, FULL_SCALE_DEG, READING, WIDTHS_DEG
+from validation.measured.readings.paper_table import FACTORS
 
 FULL_SCALE_RESOLUTION_DEG = 0.5
 """The paper gives whole degrees: half of the last digit on either side."""
-WIDTH_RESOLUTION_DEG = 0.005
-"""The paper gives hundredths of a degree."""
+WIDTH_RESOLUTION_DEG = 0.005 * FACTORS[READING]
+"""The paper gives hundredths of a degree; a width is twice a half one."""
 PLACE_RESOLUTION_MM = 0.5
 """The paper says "near zero drive" and shows it in figures with points every 0.1 mm; assumed."""
 PRELOADS_N = tuple(WIDTHS_DEG)
