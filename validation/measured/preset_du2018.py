@@ -115,8 +115,8 @@ def alternatives() -> Mapping[str, Rig]:
     notch = notched_tube(rig).cut
     return {
         "du2018 as it is": rig,
-        "moment arm 2.60 mm": arm(2.60),
-        "moment arm 2.70 mm": arm(2.70),
+        "moment arm 2.52 mm": arm(2.52),
+        "moment arm 2.64 mm": arm(2.64),
         "capstan coefficient 0": mu(0.0),
         "capstan coefficient 0.05": mu(0.05),
         "capstan coefficient 0.1": mu(0.1),
