@@ -347,9 +347,9 @@ def test_a_channel_without_a_number_in_every_row_is_left_out(bench, tmp_path, ca
 def test_the_drive_to_an_angle_follows_from_the_moment_arm():
     """x = r theta, if the tendons do not stretch."""
     rig = preset("du2018")
-    assert drive_to_angle_mm(rig) == pytest.approx(2.64 * np.pi / 4, abs=0.05)
-    wide = replace(rig.tendon_a, moment_arm_mm=5.28)
-    assert drive_to_angle_mm(replace(rig, tendon_a=wide)) == pytest.approx(5.28 * np.pi / 4, abs=0.05)
+    assert drive_to_angle_mm(rig) == pytest.approx(2.58 * np.pi / 4, abs=0.05)
+    wide = replace(rig.tendon_a, moment_arm_mm=5.16)
+    assert drive_to_angle_mm(replace(rig, tendon_a=wide)) == pytest.approx(5.16 * np.pi / 4, abs=0.05)
 
 
 def test_the_amplitude_of_fatigue_is_that_of_a_closed_cycle():

@@ -20,7 +20,7 @@ from validation.measured.ensemble.solve import solve_constants
 
 RIG = preset("du2018")
 MODEL = MODELS["Jenkins loop, toe"]
-OF_RIG = {"tendon.EA_N": 17_000.0, "tendon.toe_N": 40.0, "friction.sheath_N": 1.39}
+OF_RIG = {"tendon.EA_N": 17_000.0, "tendon.toe_N": 37.2, "friction.sheath_N": 3.49}
 
 
 def around(factor: float, **drawn: Prior) -> Model:
@@ -33,14 +33,14 @@ SMALL = around(
     3.0,
     **{
         "material.loop_share": Prior(0.1, 0.7, False, "a test"),
-        "tendon.moment_arm_mm": Prior(2.55, 2.75, False, "a test"),
+        "tendon.moment_arm_mm": Prior(2.5, 2.7, False, "a test"),
     },
 )
 
 
 def test_every_shipped_member_meets_the_facts_of_the_paper():
     assert all(PAPER.met_by(facts_of(rig)) for rig in ensemble("du2018"))
-    assert not PAPER.met_by(facts_of(RIG))  # 3.508 deg: the preset itself is within 1 %, not within 0.005 deg
+    assert PAPER.met_by(facts_of(RIG))
 
 
 @pytest.mark.parametrize("amplitude", [1.1, 2.2])
@@ -55,7 +55,7 @@ def test_loop_numbers_are_those_of_the_metrics(amplitude):
 
 def test_solved_constants_are_those_of_the_rig_that_the_facts_are_of():
     chosen = {
-        "tendon.moment_arm_mm": 2.64,
+        "tendon.moment_arm_mm": 2.58,
         "material.loop_share": 0.4,
     }
     found = solve_constants(RIG, chosen, SMALL, facts_of(RIG))
@@ -64,7 +64,7 @@ def test_solved_constants_are_those_of_the_rig_that_the_facts_are_of():
 
 
 def test_no_rig_shows_numbers_that_cannot_be():
-    assert solve_constants(RIG, {}, around(3.0), Facts(60.0, (3.52, 2.21), (0.0, 0.0))) is None
+    assert solve_constants(RIG, {}, around(3.0), Facts(60.0, PAPER.widths_deg, (0.0, 0.0))) is None
 
 
 def test_density_of_the_numbers_is_that_of_rigs_drawn_from_the_prior():
