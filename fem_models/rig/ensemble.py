@@ -99,7 +99,7 @@ def ensemble(name: str, *, preload_N: float | None = None) -> tuple[Rig, ...]:
     Examples
     --------
     >>> len(nb.ensemble("du2018", preload_N=10.0))
-    200
+    100
     """
     rigs = _rigs(name)
     return rigs if preload_N is None else tuple(replace(rig, preload_N=preload_N) for rig in rigs)

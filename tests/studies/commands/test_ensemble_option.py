@@ -17,7 +17,7 @@ from studies.commands.separation import separate_rig, summary
 def few(monkeypatch):
     """Four members in place of all."""
     monkeypatch.setattr(
-        "studies.commands.options.ensemble", lambda name, preload_N: ensemble(name, preload_N=preload_N)[::50]
+        "studies.commands.options.ensemble", lambda name, preload_N: ensemble(name, preload_N=preload_N)[::25]
     )
 
 
