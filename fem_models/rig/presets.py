@@ -78,7 +78,7 @@ _DU2018 = Preset(
                 "free_length_mm": Source("assumed", "experimental set-up of the paper's Fig. 8, no dimension given"),
                 "toe_N": Source(
                     "fitted",
-                    "ratio of loop widths at 10 and 20 N, 2 x 3.52 and 2 x 2.21 deg; calibration.md of the documentation",
+                    "ratio of loop widths at 10 and 20 N, 2 x 3.52 and 2 x 2.21 deg; calibration.md of the docs",
                 ),
             }.items()
         },

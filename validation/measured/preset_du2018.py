@@ -27,7 +27,7 @@ AMPLITUDE_MM = 2.2
 FULL_SCALE_DEG = 45.0
 """At AMPLITUDE_MM, section 4.2 of the paper; assumed for 20 N, the preload of the paper's further study."""
 READING = "half"
-"""The paper's 3.52 and 2.21 deg are half widths: as full widths its own Table 1 contradicts that of 20 N, readings.md."""
+"""The paper's 3.52 and 2.21 deg are half widths: its own Table 1 contradicts 2.21 deg as a full one, readings.md."""
 WIDTHS_DEG = {preload_N: FACTORS[READING] * printed for preload_N, printed in PRINTED_DEG.items()}
 """Loop width by preload, N; section 3.1 of the paper, as :data:`READING` takes it."""
 TOLERANCES_DEG = (0.5, 0.1, 0.1)

@@ -1,4 +1,4 @@
-"""Makes the ensemble of the preset du2018, half an hour on a busy core: ``python -m docs.make.calibration.sample``.
+"""Makes the ensemble of the preset du2018, half an hour on two busy cores: ``python -m docs.make.calibration.sample``.
 
 It writes ``fem_models/rig/du2018-ensemble.csv`` and ``.toml``, which ship with the package. ``--draws 256 --members 20
 --out FOLDER`` makes a small one elsewhere. The number of workers changes nothing but the time.
@@ -27,8 +27,8 @@ def main() -> None:
     """Make the ensemble and write it."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--draws", type=int, default=1024, help="draws of a model, a power of two")
-    parser.add_argument("--members", type=int, default=100)
+    parser.add_argument("--draws", type=int, default=2048, help="draws of a model, a power of two")
+    parser.add_argument("--members", type=int, default=200)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--keep", type=Path, help="folder that keeps draws, so that a stopped run goes on")
     parser.add_argument("--out", type=Path, default=ensemble_file(NAME).parent)

@@ -17,7 +17,7 @@ from studies.commands.separation import separate_rig, summary
 def few(monkeypatch):
     """Four members in place of all."""
     monkeypatch.setattr(
-        "studies.commands.options.ensemble", lambda name, preload_N: ensemble(name, preload_N=preload_N)[::25]
+        "studies.commands.options.ensemble", lambda name, preload_N: ensemble(name, preload_N=preload_N)[::50]
     )
 
 
@@ -25,10 +25,12 @@ def test_simulate_gives_ranges_beside_the_record(tmp_path, few, capsys):
     out = tmp_path / "loop.csv"
     arguments = ["simulate", "--preset", "du2018", "--preload", "10", "--amplitude", "2.2"]
     assert call([*arguments, "--engine", "chain", "--ensemble", "--json", "--out", str(out)]) == 0
-    found = json.loads(capsys.readouterr().out)
+    told = capsys.readouterr()
+    assert "take the paper's loop widths as full widths, the preset as half widths" in told.err
+    found = json.loads(told.out)
     assert found["ensemble"]["members"] == 4
     width = found["ensemble"]["ranges"]["loop_width_deg"]
-    assert (width["low"], width["high"]) == pytest.approx((7.04, 7.04), abs=0.006)
+    assert (width["low"], width["high"]) == pytest.approx((3.52, 3.52), abs=0.006)
     bands = read_columns(tmp_path / "loop-ensemble.csv", ["drive_mm", "angle_low_deg", "angle_high_deg"])
     assert (bands["angle_low_deg"] <= bands["angle_high_deg"] + 1e-9).all()
     assert np.abs(bands["angle_high_deg"]).max() > 40
@@ -38,13 +40,13 @@ def test_simulate_gives_ranges_beside_the_record(tmp_path, few, capsys):
 def test_separate_gives_ranges_sensitivities_and_raw_loops(tmp_path, few, capsys):
     assert call(["separate", "--preset", "du2018", "--ensemble", "--out", str(tmp_path)]) == 0
     told = " ".join(capsys.readouterr().out.split())
-    assert "90 % of 4 members of the ensemble: 4.4" in told
+    assert "90 % of 4 members of the ensemble: 2.2" in told
     assert "raw loops, deg wide and mJ: none" in told
     assert "one loop cannot separate" in told
     found = json.loads((tmp_path / "separate.json").read_text(encoding="utf-8"))
     low, high = found["contributions"]["friction"]["intervals"]["share"]
     assert 0 < low < high < 1
-    assert found["ensemble"]["width_deg"] == pytest.approx([4.42, 4.42], abs=0.006)
+    assert found["ensemble"]["width_deg"] == pytest.approx([2.21, 2.21], abs=0.006)
     assert found["sensitivity"]["tendon.EA_N"]["width"] < 0
 
 
@@ -90,8 +92,8 @@ def test_study_runs_over_the_members(tmp_path, capsys):
     }
     table = read_columns(out / "ensemble.csv", ["preload_N", "loop_width_max_deg_low", "loop_width_max_deg_high"])
     assert table["preload_N"].tolist() == [10, 20]
-    assert table["loop_width_max_deg_low"] == pytest.approx([7.04, 4.42], abs=0.005)
-    assert table["loop_width_max_deg_high"] == pytest.approx([7.04, 4.42], abs=0.005)
+    assert table["loop_width_max_deg_low"] == pytest.approx([3.52, 2.21], abs=0.005)
+    assert table["loop_width_max_deg_high"] == pytest.approx([3.52, 2.21], abs=0.005)
 
 
 def test_study_of_a_rig_without_an_ensemble_is_refused(tmp_path, capsys):

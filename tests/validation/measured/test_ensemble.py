@@ -1,5 +1,6 @@
 """The ensemble of du2018: constants that follow from facts, weights of draws, members, and rigs with a known answer."""
 
+import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -9,14 +10,16 @@ import pytest
 from fem_models.chain import simulate_chain
 from fem_models.load import triangle
 from fem_models.rig import ensemble, preset
-from fem_models.rig.ensemble import with_constants
+from fem_models.rig.ensemble import ensemble_file, with_constants
 from hysteresis.records.metrics import loop_width
 from validation.measured.ensemble.draws import Density, draw, weighted_quantiles
-from validation.measured.ensemble.facts import PAPER, Facts, facts_of, loop_numbers
+from validation.measured.ensemble.facts import PAPER, Facts, facts_as, facts_of, loop_numbers
 from validation.measured.ensemble.make import Settings, apportioned, make_ensemble
 from validation.measured.ensemble.members import extend
 from validation.measured.ensemble.priors import MODELS, Model, Prior
 from validation.measured.ensemble.solve import solve_constants
+from validation.measured.preset_du2018 import READING
+from validation.measured.readings.paper_table import FACTORS
 
 RIG = preset("du2018")
 MODEL = MODELS["Jenkins loop, toe"]
@@ -39,8 +42,17 @@ SMALL = around(
 
 
 def test_every_shipped_member_meets_the_facts_of_the_paper():
-    assert all(PAPER.met_by(facts_of(rig)) for rig in ensemble("du2018"))
+    made = tomllib.loads(ensemble_file("du2018").with_suffix(".toml").read_text(encoding="utf-8"))
+    reading = made["reading"].removesuffix(" widths")
+    paper = facts_as(reading)
+    assert all(paper.met_by(facts_of(rig), 0.005 * FACTORS[reading]) for rig in ensemble("du2018"))
+
+
+def test_preset_meets_the_facts_of_the_paper_with_half_widths():
+    assert READING == "half"
+    assert facts_as("half") == PAPER
     assert PAPER.met_by(facts_of(RIG))
+    assert facts_as("full").widths_deg == (3.52, 2.21)
 
 
 @pytest.mark.parametrize("amplitude", [1.1, 2.2])
