@@ -202,7 +202,7 @@ def test_an_angle_in_another_unit_than_that_of_the_rig_is_said(bench, capsys):
         new(capsys, name, "--preset", "du2018", "--preload", 20)
     assert unlike_loops([read_record("degrees.csv")]) == []
     (words,) = unlike_loops([read_record("radians.csv")])
-    assert words.startswith("radians.csv: the angle covers 1.45 deg, and 84.2 deg")
+    assert words.startswith("radians.csv: the angle covers 1.49 deg, and 86.1 deg")
     assert "by its rig: expected degrees and mm" in words
     assert call(["identify", "radians.csv", "--out", "fit", "--law", "bouc-wen"]) == 0
     assert words in capsys.readouterr().err
