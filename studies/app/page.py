@@ -18,7 +18,6 @@ from typing import Any
 
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
-from fem_models.rig.in_space import RigInSpace
 from fem_models.rig.rig import Tendon
 from fem_models.view import SceneError
 from hysteresis.plain import to_plain
@@ -50,7 +49,7 @@ class ServeError(MissingError):
 
 
 def serve(
-    rig: Rig | RigInSpace, amplitude_mm: float, *, port: int, browser: bool, measured: Record | None = None,
+    rig: Rig, amplitude_mm: float, *, port: int, browser: bool, measured: Record | None = None,
     ready: Callable[[str], None] = lambda address: None,
 ) -> None:  # fmt: skip
     """Serve the page of a rig until it is interrupted; ``ready`` is called with the address to open.
@@ -95,12 +94,12 @@ def serve(
         server.start(port=port, host=HOST, timeout=0, **quiet)
 
 
-def sliders_of(rig: Rig | RigInSpace, amplitude_mm: float) -> tuple[Slider, ...]:
+def sliders_of(rig: Rig, amplitude_mm: float) -> tuple[Slider, ...]:
     """Give the sliders of a rig, of one plane or in space: those of its tube, tendons and friction."""
-    return sliders(rig if isinstance(rig, Rig) else rig.rig, amplitude_mm)
+    return sliders(rig.in_plane, amplitude_mm)
 
 
-def answer_of(rig: Rig | RigInSpace, values: Mapping[str, float]) -> Answer | AnswerInSpace:
+def answer_of(rig: Rig, values: Mapping[str, float]) -> Answer | AnswerInSpace:
     """Run the rig with the values of the sliders.
 
     Raises
@@ -108,7 +107,7 @@ def answer_of(rig: Rig | RigInSpace, values: Mapping[str, float]) -> Answer | An
     RigError, SolverError
         A rig that is not possible, or cannot follow the drive; one line.
     """
-    return answer(rig, values) if isinstance(rig, Rig) else answer_in_space(rig, values)
+    return answer(rig, values) if rig.is_planar else answer_in_space(rig, values)
 
 
 def _require_free(port: int) -> None:
@@ -124,7 +123,7 @@ def _require_free(port: int) -> None:
 class Page:
     """The page of one rig: the values of its sliders, the answer that it shows, and a measured record beside it."""
 
-    def __init__(self, server: Any, rig: Rig | RigInSpace, amplitude_mm: float, first: Answer | AnswerInSpace) -> None:
+    def __init__(self, server: Any, rig: Rig, amplitude_mm: float, first: Answer | AnswerInSpace) -> None:
         self.server, self.state, self.rig, self.first, self.found = server, server.state, rig, first, first
         self.sliders = sliders_of(rig, amplitude_mm)
         self.start = {slider.name: slider.start for slider in self.sliders}
@@ -223,7 +222,7 @@ class Page:
             client.ClientTriggers(mounted=f"backdrop = {dark} ? {list(DARK)} : {list(LIGHT)}")
             with html.Header():
                 html.H1("{{ rig_name }}")
-                html.P(WORDS[isinstance(self.rig, RigInSpace)], classes="soft")
+                html.P(WORDS[not self.rig.is_planar], classes="soft")
             with html.Section(classes="controls", raw_attrs=['aria-label="Sliders"']):
                 for slider in self.sliders:
                     self._slider(html, slider)
@@ -233,7 +232,7 @@ class Page:
                 self._words(html)
                 with html.Div(classes="views"):
                     with html.Div(classes="loops"):
-                        self._legend(html, in_space=isinstance(self.rig, RigInSpace))
+                        self._legend(html, in_space=not self.rig.is_planar)
                         html.Div(
                             v_for="(chart, i) in charts",
                             key=("i",),

@@ -16,9 +16,9 @@ import functools
 import inspect
 import json
 from collections.abc import Callable, Iterable
-from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass, replace
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 from rich.console import Console
@@ -35,7 +35,6 @@ from hysteresis.records.record import RecordError
 from studies.engines import forces_of_file, program_of_file
 
 if TYPE_CHECKING:
-    from fem_models.rig.in_space import RigInSpace
     from fem_models.spatial.drives import WheelProgram
     from studies.report.page import Written
 
@@ -199,10 +198,9 @@ class RigChoice:
         if self.preset is not None:
             return possible(preset(self.preset, preload_N=self.preload))
         assert self.rig is not None
-        rig = read_rig(self.rig)
-        return possible(rig if self.preload is None else replace(rig, preload_N=self.preload))
+        return possible(read_rig(self.rig).with_preload(self.preload))
 
-    def read_any(self) -> Rig | RigInSpace:
+    def read_any(self) -> Rig:
         """Give the rig, of one plane or in space.
 
         Raises
@@ -210,24 +208,17 @@ class RigChoice:
         RigError
             As :meth:`read`.
         """
-        from fem_models.rig.in_space import read_any_rig
         from fem_models.rig.presets_in_space import any_preset
+        from fem_models.rig.rig_file import read_any_rig
 
         if self.preset is not None and self.rig is None:
             return possible(any_preset(self.preset, preload_N=self.preload))
         if self.preset is not None or self.rig is None:
             return self.read()
-        rig = read_any_rig(self.rig)
-        if self.preload is None:
-            return possible(rig)
-        changed = replace(rig, preload_N=self.preload) if isinstance(rig, Rig) else rig.with_preload(self.preload)
-        return possible(changed)
+        return possible(read_any_rig(self.rig).with_preload(self.preload))
 
 
-AnyRig = TypeVar("AnyRig", Rig, "RigInSpace", "Rig | RigInSpace")
-
-
-def possible(rig: AnyRig) -> AnyRig:
+def possible(rig: Rig) -> Rig:
     """Give a rig, but for one whose preload breaks a tendon or buckles the tube.
 
     What a preload of a single tendon does depends on the program: a tendon force takes its place. The engines check it.
@@ -240,8 +231,8 @@ def possible(rig: AnyRig) -> AnyRig:
     from fem_models.joint import joint_row
     from fem_models.joint.possible import require_possible, require_strain
 
-    require_strain(rig if isinstance(rig, Rig) else rig.rig)
-    if isinstance(rig, Rig) and rig.tendon_b is not None:
+    require_strain(rig.in_plane)
+    if rig.is_planar and rig.tendon_b is not None:
         require_possible(rig, joint_row(rig))
     return rig
 
@@ -333,7 +324,7 @@ class ProgramChoice:
             )
         return sine(self.amplitude, self.rate, cycles=cycles)
 
-    def in_space(self, rig: RigInSpace) -> WheelProgram:
+    def in_space(self, rig: Rig) -> WheelProgram:
         """Read or make the program of a rig in space: a planar program moves the first wheel.
 
         Raises

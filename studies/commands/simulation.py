@@ -15,7 +15,6 @@ from rich.table import Table
 from fem_models.joint.contact import require_unfolded
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
-from fem_models.rig.in_space import RigInSpace
 from hysteresis.arrays import Floats
 from hysteresis.files import write_files
 from hysteresis.own import MAKER
@@ -77,7 +76,7 @@ def run(
     path of the tip, its compliance, and the workspace.
     """
     rig = own.read() if own.is_given(records or []) else None
-    if isinstance(rig, RigInSpace):
+    if rig is not None and not rig.is_planar:
         _run_in_space(own.design_in_space(rig, records or []), out, replacing, common)
         return
     require_exudyn()
@@ -152,7 +151,7 @@ def simulate(
     bands = out.with_name(f"{out.stem}-ensemble.csv")
     replacing.allow([*files_of_record(out), *([bands] if over.ensemble else [])])
     chosen = rig.read_any()
-    if not isinstance(chosen, Rig):
+    if not chosen.is_planar:
         _simulate_in_space(chosen, rig, program, engine, over, dynamic=dynamic, out=out, common=common)
         return
     engine = engine or "multibody"
@@ -233,7 +232,7 @@ def _of_file(record: Record, rig: RigChoice, preload_N: float) -> Record:
 
 
 def _simulate_in_space(
-    chosen: RigInSpace,
+    chosen: Rig,
     rig: RigChoice,
     program: ProgramChoice,
     engine: EngineName | None,
@@ -336,7 +335,7 @@ def validate(
     Of a rig in space: the six stiffnesses of every notch from section and solid, and the wrist bent with either.
     """
     chosen = RigChoice(rig.preset or (None if rig.rig else PRESET), rig.rig, rig.preload).read_any()
-    if isinstance(chosen, RigInSpace):
+    if not chosen.is_planar:
         require_exudyn()
         require_gmsh()
         from studies.in_space.comparison import validate_in_space

@@ -13,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
-from fem_models.rig import RigError
+from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
-from fem_models.rig.in_space import RigInSpace, read_any_rig
 from fem_models.rig.joints import NotchedTube
 from fem_models.rig.presets_in_space import PRESETS_IN_SPACE
 from fem_models.rig.rig import numeric_fields, with_joint
+from fem_models.rig.rig_file import read_any_rig
 from fem_models.spatial.drives import WheelProgram, circle, round_axes
 from fem_models.spatial.motion.run_record import record_of
 from fem_models.spatial.motion.workspace import smooth_rig, workspace
@@ -61,7 +61,7 @@ class WristDesign:
 
     name: str
     option: str
-    rigs: tuple[RigInSpace, ...]
+    rigs: tuple[Rig, ...]
     amplitude_mm: float
     file: Path | None = None
 
@@ -140,30 +140,30 @@ def _numbers(design: WristDesign) -> tuple[RigNumber, ...]:
     """
     if design.file is not None:
         rig = read_any_rig(design.file)
-        rows = numbers_of_file(numeric_fields(rig.rig if isinstance(rig, RigInSpace) else rig), design.file)
+        rows = numbers_of_file(numeric_fields(rig), design.file)
     else:
         rows = _numbers_of_preset(design.rigs[-1])
     return with_preloads(rows, [rig.preload_N for rig in design.rigs])
 
 
-def _numbers_of_preset(rig: RigInSpace) -> tuple[RigNumber, ...]:
+def _numbers_of_preset(rig: Rig) -> tuple[RigNumber, ...]:
     known = PRESETS_IN_SPACE.get(rig.name)
     sources = {} if known is None else known.sources
-    numbers = numeric_fields(rig.rig if known is None else known.rig.rig)
+    numbers = numeric_fields(rig if known is None else known.rig)
     found = {name: (source.kind, source.note) for name, source in sources.items()}
     return tuple(RigNumber(name, value, *found.get(name, ("given", ""))) for name, value in numbers.items())
 
 
-def _notches(rig: RigInSpace) -> tuple[NotchInSpace, ...]:
+def _notches(rig: Rig) -> tuple[NotchInSpace, ...]:
     joints, out = of_rig_in_space(rig).joints, list[NotchInSpace]()
     for number, joint in enumerate(joints):
-        one = with_joint(rig.rig, number).joint
+        one = with_joint(rig.in_plane, number).joint
         assert isinstance(one, NotchedTube)  # a rig in space has no measured joints
-        assert isinstance(rig.rig.joint, NotchedTube)
+        assert isinstance(rig.joint, NotchedTube)
         stiff = joint.stiffness
         out.append(
             NotchInSpace(
-                middle_mm=float(rig.rig.joint.places().middles[number]),
+                middle_mm=float(rig.joint.places().middles[number]),
                 turn_deg=rig.turns_deg[number],
                 depth_mm=one.cut.depth_mm,
                 width_mm=one.cut.width_mm,
@@ -176,7 +176,7 @@ def _notches(rig: RigInSpace) -> tuple[NotchInSpace, ...]:
     return tuple(out)
 
 
-def _tendons(rig: RigInSpace) -> tuple[TendonInSpace, ...]:
+def _tendons(rig: Rig) -> tuple[TendonInSpace, ...]:
     wound_in = rig.winding().max(axis=0) > 0
     places = zip(rig.angles_deg, rig.wheels, wound_in.tolist(), rig.tendons, strict=True)
     return tuple(
@@ -188,7 +188,7 @@ def _tendons(rig: RigInSpace) -> tuple[TendonInSpace, ...]:
 # --- motion -------------------------------------------------------------------------------------------------------
 
 
-def _run(rig: RigInSpace, program: WheelProgram, title: str) -> tuple[SpatialSolution, Record]:
+def _run(rig: Rig, program: WheelProgram, title: str) -> tuple[SpatialSolution, Record]:
     run = solve_spatial(of_rig_in_space(rig), program.of_tendons(rig), FINE)
     record = record_of(rig, program, run)
     return run, replace(record, title=f"{record.title}, {title}")
@@ -200,7 +200,7 @@ def _store(found: _Found, out: Path, name: str, record: Record) -> str:
     return name
 
 
-def _loops(design: WristDesign, rig: RigInSpace, out: Path, found: _Found, step: Step) -> None:
+def _loops(design: WristDesign, rig: Rig, out: Path, found: _Found, step: Step) -> None:
     """Run each motion by itself, with friction and without."""
     for motion in motions_of(rig):
         name = f"{file_stem(design.name)}-{rig.preload_N:g}N-{motion.name.replace(' ', '-')}"
@@ -212,7 +212,7 @@ def _loops(design: WristDesign, rig: RigInSpace, out: Path, found: _Found, step:
         found.loops.append(wheel_loop(rig, motion, loop, run, names))
 
 
-def _path(design: WristDesign, rig: RigInSpace, out: Path, found: _Found, step: Step) -> None:
+def _path(design: WristDesign, rig: Rig, out: Path, found: _Found, step: Step) -> None:
     """Move all wheels once round, with friction and without; one wheel through its loop."""
     name, amplitude = f"{file_stem(design.name)}-{rig.preload_N:g}N-path", design.amplitude_mm
     step(f"simulating {name}")

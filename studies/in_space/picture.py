@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fem_models.rig.in_space import RigInSpace
+from fem_models.rig import Rig
 from hysteresis.arrays import Floats
 from hysteresis.attempts import attempt
 from hysteresis.files import write_files
@@ -20,7 +20,7 @@ from studies.results.run import Picture
 _DPI = 150
 
 
-def draw_wrist(rig: RigInSpace, record: Record, out: Path) -> Picture:
+def draw_wrist(rig: Rig, record: Record, out: Path) -> Picture:
     """Draw the wrist where it bends most in both planes, else in one; ``tube.json`` and ``tube.png``.
 
     Where that cannot be done there is no picture, and the result says why.
@@ -39,7 +39,7 @@ def draw_wrist(rig: RigInSpace, record: Record, out: Path) -> Picture:
     return Picture(caption=caption, missing=failed[0]) if picture is None else picture
 
 
-def _draw(rig: RigInSpace, angles: Floats, caption: str, out: Path) -> Picture:
+def _draw(rig: Rig, angles: Floats, caption: str, out: Path) -> Picture:
     picture = io.BytesIO()
     wrist_figure(rig, angles).savefig(picture, format="png", dpi=_DPI)
     write_stored(wrist_tube(rig, angles), out / "tube.json")

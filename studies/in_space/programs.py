@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from fem_models.rig import RigError
-from fem_models.rig.space_tables import MOST_TENDONS
+from fem_models.rig.layout import MOST_TENDONS
 from fem_models.spatial.drives import WheelProgram
 from hysteresis.messages import listed
 from hysteresis.records.record import RecordError

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from fem_models.load import LoadProgram
-from fem_models.rig.in_space import RigInSpace
+from fem_models.rig import Rig
 from fem_models.spatial.drives import WheelProgram
 from fem_models.spatial.motion.workspace import tip_compliance, workspace
 from fem_models.spatial.rig import of_rig_in_space
@@ -25,12 +25,12 @@ SLACK = 0.01
 """Share of the preload at which a tendon counts as slack, as in planar studies."""
 
 
-def winds_both_ways(rig: RigInSpace) -> bool:
+def winds_both_ways(rig: Rig) -> bool:
     """Whether a wheel has two tendons, so that it can be driven either way."""
     return any(rig.winds_both_ways(wheel) for wheel in rig.wheels)
 
 
-def groups_in_space(rig: RigInSpace, program: LoadProgram, groups: Sequence[str]) -> Iterator[dict[str, float]]:
+def groups_in_space(rig: Rig, program: LoadProgram, groups: Sequence[str]) -> Iterator[dict[str, float]]:
     """Give the quantities of a case, group by group, so that those before an error are kept.
 
     Parameters
@@ -67,7 +67,7 @@ def groups_in_space(rig: RigInSpace, program: LoadProgram, groups: Sequence[str]
             }
 
 
-def _planes(rig: RigInSpace, program: LoadProgram) -> dict[str, float]:
+def _planes(rig: Rig, program: LoadProgram) -> dict[str, float]:
     """Loops of the first wheels, one after the other from rest."""
     found, tensions = dict[str, float](), list[Floats]()
     for k in range(min(PLANES, rig.wheel_count)):

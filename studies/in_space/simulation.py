@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_models.rig import RigError
-from fem_models.rig.in_space import RigInSpace
+from fem_models.rig import Rig, RigError
 from fem_models.spatial.drives import WheelProgram
 from fem_models.spatial.motion.run_record import record_of, simulate_in_space
 from fem_models.spatial.rig import of_rig_in_space
@@ -30,7 +29,7 @@ class SpaceSummary:
     largest_notch_deg: float
 
 
-def simulate_any(rig: RigInSpace, program: WheelProgram, engine: EngineName | None, dynamic: bool) -> Record:
+def simulate_any(rig: Rig, program: WheelProgram, engine: EngineName | None, dynamic: bool) -> Record:
     """Run the engine for rigs in space.
 
     Raises

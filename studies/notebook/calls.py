@@ -35,7 +35,6 @@ from studies.notebook.script import require_guarded_script
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from fem_models.rig.in_space import RigInSpace
     from studies.calibrate import Calibration
     from studies.drawings import DrawingChoice
     from studies.drawings.written import Drawing
@@ -450,7 +449,7 @@ def study(
 
 @checked
 def export(
-    what: RigLike | RigInSpace | RecordLike | Fit,
+    what: RigLike | RecordLike | Fit,
     out: Path | str,
     *,
     to: Target | Drawing = "mujoco",
@@ -500,7 +499,7 @@ def export(
     if to == "dxf" or to == "step" or to == "stl" or to == "svg" or to == "pdf":
         from studies.drawings import write_drawing
 
-        rig = as_any_rig(cast("RigLike | RigInSpace", what), "what")
+        rig = as_any_rig(cast("RigLike", what), "what")
         return (write_drawing(rig, Path(out), to=to, choice=cutting),)
     if to == "mujoco":
         return write_model(as_rig(cast("RigLike", what), "what"), Path(out), to=to, amplitude_mm=amplitude_mm)

@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike
 
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig
-from fem_models.rig.in_space import RigInSpace
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
 from fem_models.view import SceneError
 from hysteresis import Fit, Record
@@ -51,7 +50,7 @@ def figure_of(what: object, view: View = "solid", joint_angles_deg: ArrayLike | 
     if not isinstance(view, str) or view not in get_args(View):
         raise ValueError(f"view = {quoted(view)}: expected one of {', '.join(get_args(View))}")
     match what:
-        case RigInSpace():
+        case Rig() if not what.is_planar:
             return wrist_figure(what, joint_angles_deg)
         case Rig() if view == "solid":
             return _solid_view(what, joint_angles_deg)

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.colors import to_rgb
 from numpy.typing import ArrayLike
 
-from fem_models.rig.in_space import RigInSpace
+from fem_models.rig import Rig
 from fem_models.view.in_space import WristSurface, wrist_surface
 from hysteresis.arrays import Floats
 from studies.notebook.solid import NotebookFigure, shown_angles_deg
@@ -20,7 +20,7 @@ _ZOOM = 0.92
 _ELEVATION_DEG, _AZIMUTH_DEG = 24.0, -62.0
 
 
-def wrist_figure(rig: RigInSpace, joint_angles_deg: ArrayLike | None = None) -> NotebookFigure:
+def wrist_figure(rig: Rig, joint_angles_deg: ArrayLike | None = None) -> NotebookFigure:
     """Draw the straight wrist, and beside it the bent one; tendons lie on the tube, so that they are seen.
 
     Parameters
@@ -33,7 +33,7 @@ def wrist_figure(rig: RigInSpace, joint_angles_deg: ArrayLike | None = None) -> 
     SceneError
         As :func:`fem_models.view.in_space.wrist_surface`.
     """
-    angles = shown_angles_deg(rig.rig) if joint_angles_deg is None else np.asarray(joint_angles_deg, dtype=float)
+    angles = shown_angles_deg(rig) if joint_angles_deg is None else np.asarray(joint_angles_deg, dtype=float)
     bent = wrist_surface(rig, angles)
     figure = NotebookFigure(figsize=(9.4, 4.6))
     words = f"bent, tip at ({', '.join(f'{value:.3g}' for value in bent.tip_mm.round(9) + 0.0)}) mm"

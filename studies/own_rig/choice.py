@@ -20,7 +20,6 @@ from studies.commands.options import ALL, possible
 from studies.results.run import RunSummary
 
 if TYPE_CHECKING:
-    from fem_models.rig.in_space import RigInSpace
     from studies.in_space.design_report import WristDesign
     from studies.own_rig.design_report import Design
 
@@ -59,7 +58,7 @@ class OwnRigChoice:
             raise RigError(f"{clash}: of which rig? expected --rig FILE or --preset NAME beside it")
         return False
 
-    def read(self) -> Rig | RigInSpace:
+    def read(self) -> Rig:
         """Read the rig, of one plane or in space.
 
         Raises
@@ -67,8 +66,8 @@ class OwnRigChoice:
         RigError
             Both a file and a preset, options that exclude each other, an impossible rig.
         """
-        from fem_models.rig.in_space import read_any_rig
         from fem_models.rig.presets_in_space import any_preset
+        from fem_models.rig.rig_file import read_any_rig
 
         if self.rig is not None and self.preset is not None:
             raise RigError(f"--rig {self.rig} and --preset {self.preset}: expected one of the two")
@@ -82,7 +81,7 @@ class OwnRigChoice:
             require(self.amplitude > 0, "--amplitude", self.amplitude, "above 0")
         return read_any_rig(self.rig) if self.rig is not None else any_preset(self.preset or "")
 
-    def design_in_space(self, rig: RigInSpace, paths: Sequence[Path]) -> WristDesign:
+    def design_in_space(self, rig: Rig, paths: Sequence[Path]) -> WristDesign:
         """Take the rig to each preload.
 
         Raises
@@ -103,7 +102,7 @@ class OwnRigChoice:
             option=self.option(),
             file=self.rig,
             rigs=tuple(possible(rig.with_preload(value)) for value in self.preload or [rig.preload_N]),
-            amplitude_mm=self.amplitude or drive_to_angle_mm(rig.rig),
+            amplitude_mm=self.amplitude or drive_to_angle_mm(rig.in_plane),
         )
 
     def design(self, rig: Rig, paths: Sequence[Path]) -> tuple[Design, list[Record]]:

@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from fem_models.rig import Rig
 from fem_models.rig.checks import MOST_MM
-from fem_models.rig.in_space import RigInSpace
 from fem_models.view.in_space import wrist_surface
 from fem_models.view.manipulator import tendon_lines, tube_mesh
 from hysteresis.arrays import Floats, Ints
@@ -91,7 +90,7 @@ def write_tube(rig: Rig, joint_angles_deg: ArrayLike, path: Path) -> None:
     write_stored(stored, path)
 
 
-def wrist_tube(rig: RigInSpace, joint_angles_deg: ArrayLike) -> StoredTube:
+def wrist_tube(rig: Rig, joint_angles_deg: ArrayLike) -> StoredTube:
     """Give the surface of a bent wrist in space and its tendons, coloured by the strain of the weak bending.
 
     Raises

@@ -19,8 +19,7 @@ from fem_models.joint import joint_row
 from fem_models.joint.strain import largest_strains, peak_strain, strain_limits
 from fem_models.load import LoadProgram, sine, triangle
 from fem_models.rig import Rig
-from fem_models.rig.in_space import rig_in_space_of_tables
-from fem_models.rig.rig_file import rig_of_tables
+from fem_models.rig.rig_file import any_rig_of_tables, rig_of_tables
 from hysteresis import identify
 from hysteresis.arrays import Floats
 from hysteresis.fitting.settings import IdentifySettings
@@ -184,7 +183,7 @@ def _steps(inputs: CaseInputs, found: Quantities) -> Iterator[None]:
     tables: CaseTables = inputs if inputs.values is None else with_values(inputs, inputs.values)
     where = f"rig {tables.rig.get('name', '')}"
     if inputs.engine == IN_SPACE:
-        wrist = rig_in_space_of_tables(tables.rig, where)
+        wrist = any_rig_of_tables(tables.rig, where, in_space=True)
         drive = program_of_table(tables.program, one_way=not winds_both_ways(wrist))
         for part in groups_in_space(wrist, drive, inputs.groups):
             found |= part

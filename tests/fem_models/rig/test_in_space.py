@@ -9,11 +9,11 @@ from fem_models.chain.solve import solve_chain
 from fem_models.load import triangle
 from fem_models.rig import RigError, preset, read_rig
 from fem_models.rig.effects import Backlash, TipLoad
-from fem_models.rig.in_space import RigInSpace, read_any_rig, rig_in_space
+from fem_models.rig.layout import wheels_of_pairs
 from fem_models.rig.presets import NAMES_IN_SPACE
 from fem_models.rig.presets_in_space import PRESETS_IN_SPACE, any_preset
-from fem_models.rig.rig import numeric_fields, with_notch
-from fem_models.rig.space_tables import wheels_of_pairs
+from fem_models.rig.rig import numeric_fields, rig_in_space, with_notch
+from fem_models.rig.rig_file import read_any_rig
 from fem_models.spatial import of_rig_in_space, solve_spatial
 from hysteresis.records.sidecar import toml
 
@@ -39,7 +39,7 @@ def test_a_turn_of_0_and_tendons_at_0_and_180_are_the_planar_rig(tmp_path):
 
 def test_turned_notches_and_four_tendons_are_a_rig_in_space(tmp_path):
     rig = read_any_rig(written(tmp_path, notch={"turn_deg": QUARTER}, tendons=FOUR))
-    assert isinstance(rig, RigInSpace)
+    assert not rig.is_planar
     assert rig.turns_deg == tuple(QUARTER)
     assert rig.wheels == (1, 1, 2, 2)
     np.testing.assert_array_equal(rig.winding(), [[1, -1, 0, 0], [0, 0, 1, -1]])
@@ -136,7 +136,7 @@ def test_a_load_of_the_planar_rig_acts_in_its_plane():
 def test_every_number_of_a_preset_in_space_has_a_source(name):
     known = PRESETS_IN_SPACE[name]
     own = {"notch.turn_deg", "tendons.angles_deg", "tendons.wheels"}
-    assert set(known.sources) == set(numeric_fields(known.rig.rig)) | own
+    assert set(known.sources) == set(numeric_fields(known.rig)) | own
     assert {source.kind for source in known.sources.values()} >= {"stated", "assumed"}
     assert tuple(PRESETS_IN_SPACE) == NAMES_IN_SPACE
     assert any_preset(name, preload_N=3.0).preload_N == 3.0

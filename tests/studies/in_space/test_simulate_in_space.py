@@ -7,9 +7,9 @@ import pytest
 
 from fem_models.load import triangle
 from fem_models.rig import RigError, preset
-from fem_models.rig.in_space import rig_in_space
+from fem_models.rig.layout import SpaceKeys
 from fem_models.rig.presets_in_space import any_preset
-from fem_models.rig.space_tables import SpaceKeys
+from fem_models.rig.rig import rig_in_space
 from fem_models.spatial import WheelProgram, circle, first_wheel, of_rig_in_space, simulate_in_space, solve_spatial
 from hysteresis.records.planes import not_used, require_one_wheel
 from hysteresis.records.record import RecordError

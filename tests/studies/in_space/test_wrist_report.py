@@ -11,8 +11,9 @@ from browser import chromium, keep_picture, listen
 from fem_models.chain.parameters import ChainSettings
 from fem_models.chain.solve import solve_chain
 from fem_models.rig.checks import SolverError
-from fem_models.rig.in_space import rig_in_space, rig_in_space_of_tables
 from fem_models.rig.presets_in_space import any_preset
+from fem_models.rig.rig import rig_in_space
+from fem_models.rig.rig_file import any_rig_of_tables
 from fem_models.spatial.rig import of_rig_in_space
 from fem_models.spatial.solve import solve_spatial
 from hysteresis.records.record import RecordError
@@ -78,7 +79,7 @@ def test_a_planar_rig_in_space_has_the_figures_of_the_planar_report(tmp_path):
 def test_four_wheels_that_bend_together_are_two_wheels_with_pairs():
     """Opposite tendons on wheels of their own, moved by the cosine of their angles, are moved as on one wheel."""
     tables = WRIST.to_dict() | {"tendons": {"angles_deg": [0, 180, 90, 270], "wheels": [1, 2, 3, 4]}}
-    four, loops = rig_in_space_of_tables(tables, "four"), []
+    four, loops = any_rig_of_tables(tables, "four"), []
     program, _ = programs_of_report(0.8, both_ways=True)
     for rig in (WRIST, four):
         for motion in motions_of(rig):

@@ -15,8 +15,9 @@ from studies.in_space import comparison
 from validation.joints.six_stiffnesses import compare_in_space
 
 ZHANG = any_preset("zhang2026")
-NOTCH = replace(ZHANG.rig.joint.notch, count=4, depth_mm=(1.58, 1.58, 1.6, 1.6))
-WRIST = replace(ZHANG, rig=with_notch(ZHANG.rig, NOTCH), turns_deg=ZHANG.turns_deg[:4])
+NOTCH = replace(ZHANG.joint.notch, count=4, depth_mm=(1.58, 1.58, 1.6, 1.6))
+LAYOUT = replace(ZHANG.layout, turns_deg=ZHANG.turns_deg[:4])
+WRIST = replace(ZHANG, joint=replace(ZHANG.joint, notch=NOTCH), layout=LAYOUT)
 
 
 @pytest.mark.slow
