@@ -25,10 +25,10 @@ from hysteresis.records.record import Record, RecordError
 from studies.app.advice import in_words
 from studies.app.files import opened_record, record_files, rig_text
 from studies.app.guard import HOST, Guard
-from studies.app.in_space import AnswerInSpace, answer_in_space
 from studies.app.loop_svg import plot_svg
 from studies.app.playground import Answer, Slider, answer, sliders
 from studies.app.scene import TOP_STRAIN_PERCENT
+from studies.app.wrist import AnswerInSpace, answer_in_space
 from studies.engines import MissingError
 from studies.results.files import file_stem
 

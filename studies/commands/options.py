@@ -32,7 +32,7 @@ from hysteresis.files import require_place
 from hysteresis.own import foreign, marked_values
 from hysteresis.plain import to_plain
 from hysteresis.records.record import RecordError
-from studies.engines import forces_of_file, program_of_file
+from studies.programs import forces_of_file, program_of_file, wheels_of_file
 
 if TYPE_CHECKING:
     from fem_models.spatial.drives import WheelProgram
@@ -333,7 +333,6 @@ class ProgramChoice:
             As :meth:`read`; a circle of a rig that has not two wheels.
         """
         from fem_models.spatial.drives import circle, first_wheel, round_axes
-        from studies.in_space.programs import wheels_of_file
 
         if self.program is not None:
             self._require_alone(self.program)

@@ -39,6 +39,7 @@ from studies.engines import (
     simulate_by_force,
     simulate_counted,
     simulate_in_time,
+    simulate_wheels,
     solver_of,
 )
 from studies.own_rig.choice import OwnRigChoice, design_lines
@@ -50,10 +51,10 @@ from studies.own_rig.usual import unusual
 from studies.progress import Count, counted, status
 from studies.results import write_result
 from studies.results.made import made_now
-from studies.results.run import loop_summary
+from studies.results.run import loop_summary, space_summary
 
 if TYPE_CHECKING:
-    from studies.in_space.design_report import WristDesign
+    from studies.own_rig.wrist_report import WristDesign
     from studies.report.page import Written
 
 PRESET = "du2018"
@@ -112,7 +113,7 @@ def _todo(written: Written) -> list[str]:
 
 def _run_in_space(design: WristDesign, out: Path, replacing: Overwrite, common: Common) -> None:
     """Write the report of a rig in space."""
-    from studies.in_space.design_report import files_of_wrist, wrist_report
+    from studies.own_rig.wrist_report import files_of_wrist, wrist_report
     from studies.report.page import try_report
 
     replacing.allow(files_of_wrist(out, design))
@@ -242,14 +243,12 @@ def _simulate_in_space(
     out: Path,
     common: Common,
 ) -> None:
-    from studies.in_space.simulation import simulate_any, summary_of
-
     over.require_off(f"rig {chosen.name}, which bends in space")
     load = program.in_space(chosen)
     with status(common.shows_progress, f"simulating {chosen.name} in space"):
-        record = simulate_any(chosen, load, engine, dynamic)
+        record = simulate_wheels(chosen, load, engine, dynamic=dynamic)
     write_record(_of_file(record, rig, chosen.preload_N), out)
-    summary = to_plain(summary_of(record), finite=False)
+    summary = to_plain(space_summary(record), finite=False)
     remarks = jump_lines(record)
     if load.time_s is not None:
         remarks.append("quasi-static: the rate sets the times only")
@@ -338,7 +337,7 @@ def validate(
     if not chosen.is_planar:
         require_exudyn()
         require_gmsh()
-        from studies.in_space.comparison import validate_in_space
+        from studies.commands.wrist_comparison import validate_in_space
 
         validate_in_space(chosen, amplitude, out, replacing, common)
         return

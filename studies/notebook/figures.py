@@ -21,9 +21,8 @@ from hysteresis import Fit, Record
 from hysteresis.arrays import Floats
 from hysteresis.messages import quoted
 from hysteresis.records.backbone import backbone_of, is_thin
-from studies.notebook.in_space import wrist_figure
 from studies.notebook.results import Compensation, StudyResult
-from studies.notebook.solid import NotebookFigure, shown_angles_deg, solid_figure
+from studies.notebook.solid import NotebookFigure, shown_angles_deg, solid_figure, wrist_figure
 from studies.report.charts import TONES, Chart, Line
 from studies.report.plots import ANGLE, LESS, Series, fit_plate, parts_plate
 from studies.report.still import STYLE, draw_chart, has_legend_above

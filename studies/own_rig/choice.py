@@ -20,8 +20,8 @@ from studies.commands.options import ALL, possible
 from studies.results.run import RunSummary
 
 if TYPE_CHECKING:
-    from studies.in_space.design_report import WristDesign
     from studies.own_rig.design_report import Design
+    from studies.own_rig.wrist_report import WristDesign
 
 
 @dataclass(frozen=True)
@@ -89,8 +89,8 @@ class OwnRigChoice:
         RigError
             Records or --ensemble, which the report of a rig in space has not; an impossible preload.
         """
-        from studies.in_space.design_report import WristDesign
         from studies.own_rig.strain import drive_to_angle_mm
+        from studies.own_rig.wrist_report import WristDesign
 
         if paths:
             found = f"{paths[0]}: rig {rig.name} bends in space, and its report takes no records"

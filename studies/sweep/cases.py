@@ -26,9 +26,9 @@ from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.records.metrics import LoopsOverDrive, loop_width, loops_over
 from hysteresis.records.record import MAX_MAGNITUDE, Record
 from studies.engines import solver_of
-from studies.in_space.quantities import groups_in_space, winds_both_ways
 from studies.sweep.inputs import CaseInputs, CaseTables, ProgramTable, with_values
 from studies.sweep.quantities import GROUPS, IN_SPACE, quantity_names
+from studies.sweep.wrist import groups_in_space, winds_both_ways
 from validation.separation import loop_program, separate
 
 Quantities = dict[str, float]

@@ -19,7 +19,7 @@ from fem_models.rig.rig_file import any_rig_of_tables, read_any_rig, rig_of_tabl
 from hysteresis.files import inside, read_bytes, read_text, read_toml
 from hysteresis.messages import as_given, listed, quoted
 from hysteresis.records.record import RecordError
-from studies.engines import program_of_file
+from studies.programs import program_of_file
 from studies.results.study import Goal, Sample
 from studies.sweep.cases import program_of_table
 from studies.sweep.errors import StudyError

@@ -227,8 +227,8 @@ def test_no_equilibrium_raises_with_sample_and_drives():
 
 
 def test_a_slack_tendon_is_drawn_taut_again():
-    published = any_preset("zhang2026").in_plane
-    rig = with_notch(published, replace(published.joint.notch, count=4))
+    published = any_preset("zhang2026")
+    rig = with_notch(published.in_plane, replace(published.joint.notch, count=4))
     wrist = spatial_rig(rig, turns_deg=published.turns_deg[:4], tendons_deg=[0, 180, 90, 270])
     drives = wheel_drives(np.array([[0.0, 0.0], [0.15, 0.0], [0.3, 0.0], [0.2, 0.0]]))
     chain, multibody = solve_spatial(wrist, drives), solve_spatial_multibody(wrist, drives)

@@ -12,7 +12,7 @@ from fem_models.joint import joint_row
 from fem_models.rig.presets_in_space import any_preset
 from fem_models.spatial import WheelProgram, simulate_in_space
 from fem_models.view import SceneError
-from fem_models.view.in_space import wrist_surface
+from fem_models.view.wrist import wrist_surface
 
 WRIST = any_preset("zhang2026")
 

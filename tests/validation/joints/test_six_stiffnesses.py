@@ -10,8 +10,8 @@ from fem_models.rig.presets_in_space import any_preset
 from fem_models.rig.rig import with_notch
 from fem_models.spatial import WheelProgram, simulate_in_space
 from hysteresis.records.sidecar import toml
+from studies.commands import wrist_comparison as comparison
 from studies.commands.cli import call
-from studies.in_space import comparison
 from validation.joints.six_stiffnesses import compare_in_space
 
 ZHANG = any_preset("zhang2026")

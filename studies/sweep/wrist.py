@@ -15,7 +15,7 @@ from fem_models.spatial.rig import of_rig_in_space
 from fem_models.spatial.solve import SpatialSolution, solve_spatial
 from hysteresis.arrays import Floats
 from hysteresis.records.metrics import loop_width
-from studies.in_space.plane import lost_motion_mm, plane_of_loop
+from studies.own_rig.plane import lost_motion_mm, plane_of_loop
 
 CIRCLES, DIRECTIONS = 2, 24
 """Circles of the drives in a workspace, half the amplitude and all of it, and directions on each."""

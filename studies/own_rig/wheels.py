@@ -14,8 +14,8 @@ from fem_models.spatial.drives import WheelProgram, round_axes
 from fem_models.spatial.solve import SpatialSolution
 from hysteresis.arrays import Floats
 from hysteresis.records.metrics import dissipated_area, loop_width
-from studies.in_space.plane import facing_drive, lost_motion_mm
 from studies.own_rig.loops import energy_of_cycle, fatigue_amplitude_mm, slack_from_mm
+from studies.own_rig.plane import facing_drive, lost_motion_mm
 from studies.own_rig.strain import strain_of
 from studies.results.wrist import WheelLoop
 

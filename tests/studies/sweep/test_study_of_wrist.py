@@ -9,12 +9,12 @@ from fem_models.rig.rig_file import any_rig_of_tables
 from fem_models.spatial.motion.workspace import tip_compliance, workspace
 from hysteresis.records.sidecar import toml
 from studies.commands.cli import call
-from studies.in_space.quantities import CIRCLES, DIRECTIONS
 from studies.sweep import open_study, read_study, run_study
 from studies.sweep.cases import evaluate
 from studies.sweep.inputs import CaseInputs, CaseTables, ProgramTable, with_values
 from studies.sweep.plan import cases, plan_of
 from studies.sweep.study_file import ready_studies
+from studies.sweep.wrist import CIRCLES, DIRECTIONS
 
 TEXT = """schema = 1
 [rig]

@@ -20,11 +20,11 @@ from hysteresis.records.record import RecordError
 from hysteresis.records.record_file import read_record
 from hysteresis.records.sidecar import toml
 from studies.commands.cli import call
-from studies.in_space import design_report
-from studies.in_space.design_report import FINE, WristDesign, wrist_report
-from studies.in_space.loops import motions_of, wheel_loop
+from studies.own_rig import wrist_report as design_report
 from studies.own_rig.loops import write_loop
 from studies.own_rig.programs import programs_of_report
+from studies.own_rig.wheels import motions_of, wheel_loop
+from studies.own_rig.wrist_report import FINE, WristDesign, wrist_report
 from studies.report.parts.reach import read_reach
 from studies.results.wrist import read_wrist
 

@@ -29,11 +29,11 @@ from hysteresis.own import is_own
 from hysteresis.records.record import Record
 from hysteresis.records.record_file import write_record
 from studies.commands.first_report import versions_found
-from studies.in_space.loops import motions_of, wheel_loop
-from studies.in_space.picture import draw_wrist
-from studies.in_space.workspace import compliance_of, write_workspace
+from studies.commands.workspace import compliance_of, write_workspace
+from studies.own_rig.loops import draw_rig
 from studies.own_rig.numbers import numbers_of_file, with_preloads
 from studies.own_rig.programs import programs_of_report
+from studies.own_rig.wheels import motions_of, wheel_loop
 from studies.progress import steps
 from studies.results import write_result
 from studies.results.files import file_stem
@@ -125,7 +125,7 @@ def wrist_report(design: WristDesign, out: Path, *, made: Made | None, progress:
         write_result(out / FILE, summary)
         step("drawing the wrist")
         shown = found.paths[-1].record if found.paths else found.loops[-1].record
-        summary = replace(summary, picture=draw_wrist(last, found.records[shown], out))
+        summary = replace(summary, picture=draw_rig(last, found.records[shown], out))
     write_result(out / FILE, summary)
     return summary
 

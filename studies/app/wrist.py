@@ -24,10 +24,10 @@ from studies.app.advice import warnings_of_run
 from studies.app.loop_svg import Curves, Plot, less_backbone
 from studies.app.playground import AMPLITUDE, closed_cycle, outer_mm, with_values
 from studies.app.scene import MeshState, mesh_of_parts
-from studies.in_space.loops import Motion, motions_of
-from studies.in_space.plane import PlaneOfLoop, facing_drive, lost_motion_mm
-from studies.report.plots_in_space import in_plane
+from studies.own_rig.plane import PlaneOfLoop, facing_drive, lost_motion_mm
+from studies.own_rig.wheels import Motion, motions_of
 from studies.report.tube import wrist_tube
+from studies.report.wrist_plots import in_plane
 from validation.separation import loop_program
 
 _STEPS = 12

@@ -17,7 +17,7 @@ from hysteresis.files import write_files
 from hysteresis.own import marked_png
 from studies.commands.options import Common, Out, Overwrite, RigChoice
 from studies.commands.tables import values_table
-from studies.in_space.loops import motions_of
+from studies.own_rig.wheels import motions_of
 from studies.progress import counted
 from studies.results import write_result
 from studies.results.made import Made, made_now

@@ -16,7 +16,7 @@ from hysteresis.records.record import RecordError
 from hysteresis.records.record_file import read_record, read_records, write_record
 from hysteresis.records.sidecar import toml
 from studies.commands.cli import call
-from studies.in_space.programs import wheels_of_file
+from studies.programs import wheels_of_file
 
 RIG = any_preset("zhang2026")
 PRESET = ("--preset", "zhang2026")
