@@ -54,7 +54,6 @@ from studies.results.made import made_now
 from studies.results.run import loop_summary, space_summary
 
 if TYPE_CHECKING:
-    from studies.own_rig.wrist_report import WristDesign
     from studies.report.page import Written
 
 PRESET = "du2018"
@@ -77,13 +76,20 @@ def run(
     path of the tip, its compliance, and the workspace.
     """
     rig = own.read() if own.is_given(records or []) else None
-    if rig is not None and not rig.is_planar:
-        _run_in_space(own.design_in_space(rig, records or []), out, replacing, common)
-        return
-    require_exudyn()
     from studies.report.page import try_report
 
     made = made_now(common.command)
+    if rig is not None and not rig.is_planar:
+        from studies.own_rig.wrist_report import files_of_wrist, wrist_report
+
+        design, _ = own.design(rig, records or [])
+        replacing.allow(files_of_wrist(out, design))
+        wrist = wrist_report(design, out, made=made, progress=common.shows_progress)
+        written = try_report(out)
+        notes = [f"note: {words}" for words in wrist.notes]
+        common.show_with_page(wrist, written, *_verdicts(written), *notes, *_todo(written))
+        return
+    require_exudyn()
     if rig is not None:
         from studies.own_rig.design_report import design_report, files_of_design
 
@@ -100,8 +106,12 @@ def run(
         replacing.allow(files_of_run(out))
         summary = first_report(out, seed=common.seed, progress=common.shows_progress, made=made)
         written = try_report(out)
-        shown = [*verdict_lines(written.page.verdicts if written.page else ())]
+        shown = [*_verdicts(written)]
     common.show_with_page(summary, written, *shown)
+
+
+def _verdicts(written: Written) -> list[str]:
+    return verdict_lines(written.page.verdicts if written.page else ())
 
 
 def _todo(written: Written) -> list[str]:
@@ -109,19 +119,6 @@ def _todo(written: Written) -> list[str]:
     if written.page is None:
         return []
     return ["What to do next:", *(f"{i}. {words}" for i, words in enumerate(written.page.advice, start=1))]
-
-
-def _run_in_space(design: WristDesign, out: Path, replacing: Overwrite, common: Common) -> None:
-    """Write the report of a rig in space."""
-    from studies.own_rig.wrist_report import files_of_wrist, wrist_report
-    from studies.report.page import try_report
-
-    replacing.allow(files_of_wrist(out, design))
-    summary = wrist_report(design, out, made=made_now(common.command), progress=common.shows_progress)
-    written = try_report(out)
-    notes = [f"note: {words}" for words in summary.notes]
-    verdicts = verdict_lines(written.page.verdicts if written.page else ())
-    common.show_with_page(summary, written, *verdicts, *notes, *_todo(written))
 
 
 RecordOut = Annotated[Path, typer.Option("--out", help="The record to write, CSV, with a sidecar of the same stem.")]

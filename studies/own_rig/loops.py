@@ -6,13 +6,13 @@ import io
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fem_models.analytic import simulate_analytic
 from fem_models.joint.strain import FATIGUE
 from fem_models.load import LoadProgram
-from fem_models.multibody.quasi_static import MultibodySolution, solve_multibody
 from fem_models.rig import Rig, RigError
 from fem_models.view import SceneError, render
 from hysteresis.arrays import Floats, Ints
@@ -27,6 +27,9 @@ from studies.notebook.solid import wrist_figure
 from studies.own_rig.strain import Strain, strain_of
 from studies.report.tube import wrist_tube, write_stored, write_tube
 from studies.results.run import Picture, RunLoop, loop_summary
+
+if TYPE_CHECKING:
+    from fem_models.multibody.quasi_static import MultibodySolution
 
 _SLACK = 0.01
 _AMPLITUDES = 401
@@ -63,6 +66,8 @@ def write_loop(
     SolverError, RigError, RecordError
         A rig that cannot follow the drive, or a folder that cannot be written to.
     """
+    from fem_models.multibody.quasi_static import solve_multibody  # Exudyn, which rigs in space do without
+
     solution = solve_multibody(rig, program)
     write_record(solution.record, out / "records" / f"{name}.csv")
     curve = f"{name}-analytic"

@@ -21,10 +21,11 @@ from hysteresis.records.record_file import read_record
 from hysteresis.records.sidecar import toml
 from studies.commands.cli import call
 from studies.own_rig import wrist_report as design_report
+from studies.own_rig.design import Design
 from studies.own_rig.loops import write_loop
 from studies.own_rig.programs import programs_of_report
 from studies.own_rig.wheels import motions_of, wheel_loop
-from studies.own_rig.wrist_report import FINE, WristDesign, wrist_report
+from studies.own_rig.wrist_report import FINE, wrist_report
 from studies.report.parts.reach import read_reach
 from studies.results.wrist import read_wrist
 
@@ -57,7 +58,7 @@ def test_a_planar_rig_in_space_has_the_figures_of_the_planar_report(tmp_path):
     loop, theory = programs_of_report(2.2, both_ways=True)
     solution, planar = write_loop(rig, loop, theory, tmp_path, "planar")
     space = rig_in_space(rig)
-    design = WristDesign("space", "--rig space.toml", (space,), 2.2)
+    design = Design("space", "--rig space.toml", (space,), 2.2)
     summary = wrist_report(design, tmp_path, made=None, progress=False)
     (found,) = summary.loops
     for name in ("full_scale_deg", "loop_width_deg", "peak_strain_percent"):  # seen: up to 2e-4
