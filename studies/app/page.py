@@ -28,7 +28,7 @@ from studies.app.guard import HOST, Guard
 from studies.app.loop_svg import plot_svg
 from studies.app.playground import Answer, Slider, answer, sliders
 from studies.app.scene import TOP_STRAIN_PERCENT
-from studies.app.wrist import AnswerInSpace, answer_in_space
+from studies.app.wrist import wrist_answer
 from studies.engines import MissingError
 from studies.results.files import file_stem
 
@@ -99,7 +99,7 @@ def sliders_of(rig: Rig, amplitude_mm: float) -> tuple[Slider, ...]:
     return sliders(rig.in_plane, amplitude_mm)
 
 
-def answer_of(rig: Rig, values: Mapping[str, float]) -> Answer | AnswerInSpace:
+def answer_of(rig: Rig, values: Mapping[str, float]) -> Answer:
     """Run the rig with the values of the sliders.
 
     Raises
@@ -107,7 +107,7 @@ def answer_of(rig: Rig, values: Mapping[str, float]) -> Answer | AnswerInSpace:
     RigError, SolverError
         A rig that is not possible, or cannot follow the drive; one line.
     """
-    return answer(rig, values) if rig.is_planar else answer_in_space(rig, values)
+    return answer(rig, values) if rig.is_planar else wrist_answer(rig, values)
 
 
 def _require_free(port: int) -> None:
@@ -123,12 +123,12 @@ def _require_free(port: int) -> None:
 class Page:
     """The page of one rig: the values of its sliders, the answer that it shows, and a measured record beside it."""
 
-    def __init__(self, server: Any, rig: Rig, amplitude_mm: float, first: Answer | AnswerInSpace) -> None:
+    def __init__(self, server: Any, rig: Rig, amplitude_mm: float, first: Answer) -> None:
         self.server, self.state, self.rig, self.first, self.found = server, server.state, rig, first, first
         self.sliders = sliders_of(rig, amplitude_mm)
         self.start = {slider.name: slider.start for slider in self.sliders}
         self.view: Any = None
-        self.size_mm = first.length_mm
+        self.size_mm = first.rig.length_mm
         self.measured: Record | None = None
         self.wanted: dict[str, float] = {}
         self.task: asyncio.Task[None] | None = None
@@ -142,7 +142,7 @@ class Page:
             self.state[slider.key] = slider.start
         self.show(first)
 
-    def show(self, found: Answer | AnswerInSpace) -> None:
+    def show(self, found: Answer) -> None:
         """Show an answer on the page."""
         self.found = found
         with self.state:
@@ -151,8 +151,8 @@ class Page:
             self.state.warnings = list(found.warnings)
             self.state.tube = to_plain(found.mesh)
             self._draw()
-        if self.view is not None and abs(found.length_mm / self.size_mm - 1.0) > REFIT:
-            self.size_mm = found.length_mm
+        if self.view is not None and abs(found.rig.length_mm / self.size_mm - 1.0) > REFIT:
+            self.size_mm = found.rig.length_mm
             # the browser has to have the new tube before it fits the view to it
             asyncio.get_running_loop().call_later(REFIT_AFTER_S, self.view.reset_camera)
 

@@ -21,13 +21,12 @@ from hysteresis.arrays import Floats
 from hysteresis.records.metrics import loop_width
 from hysteresis.records.record import Record
 from studies.app.advice import warnings_of_run
-from studies.app.loop_svg import Curves, Plot, less_backbone
-from studies.app.playground import AMPLITUDE, closed_cycle, outer_mm, with_values
+from studies.app.loop_svg import Plot
+from studies.app.playground import AMPLITUDE, Answer, loop_plots, outer_mm, with_values
 from studies.app.scene import MeshState, mesh_of_parts
 from studies.own_rig.plane import PlaneOfLoop, facing_drive, lost_motion_mm
 from studies.own_rig.wheels import Motion, motions_of
 from studies.report.tube import wrist_tube
-from studies.report.wrist_plots import in_plane
 from validation.separation import loop_program
 
 _STEPS = 12
@@ -47,40 +46,7 @@ class _Loop:
     plane: PlaneOfLoop
 
 
-@dataclass(frozen=True)
-class AnswerInSpace:
-    """What follows from the sliders of a rig in space, as :class:`studies.app.playground.Answer`.
-
-    ``directions_deg`` are those of the planes of the loops, from y towards z.
-    """
-
-    rig: Rig
-    records: Mapping[str, Record]
-    figures: tuple[tuple[str, str], ...]
-    warnings: tuple[str, ...]
-    plots: tuple[Plot, ...]
-    mesh: MeshState
-    directions_deg: tuple[float, ...]
-
-    @property
-    def length_mm(self) -> float:
-        """Length of the straight tube."""
-        return self.rig.length_mm
-
-    def beside(self, measured: Record) -> tuple[Curves | None, ...]:
-        """Give the curves of a measured record, one for each plot: the loop of a wheel that moves alone, the tip."""
-        drives = (measured.drive, measured.drive_2, measured.drive_3, measured.drive_4)
-        moving = [k for k, drive in enumerate(drives) if drive is not None and np.ptp(drive) > 0]
-        out: list[Curves | None] = [None, None] * len(self.directions_deg)
-        alone = moving[0] if len(moving) == 1 and measured.angle_2_deg is not None else len(drives)
-        if alone < len(self.directions_deg) and (drive := drives[alone]) is not None:
-            one = replace(in_plane(measured, self.directions_deg[alone]), drive=drive)
-            out[2 * alone : 2 * alone + 2] = [(one.drive, one.angle_deg), less_backbone(one)]
-        tip = measured.tip_mm
-        return (*out, None if tip is None or tip.shape[1] < 3 else (tip[:, _Y], tip[:, _Z]))
-
-
-def answer_in_space(rig: Rig, values: Mapping[str, float]) -> AnswerInSpace:
+def wrist_answer(rig: Rig, values: Mapping[str, float]) -> Answer:
     """Run a cycle of each motion of the rig, and the path of its tip, with the values of the sliders.
 
     Raises
@@ -112,7 +78,7 @@ def answer_in_space(rig: Rig, values: Mapping[str, float]) -> AnswerInSpace:
         ("Tension", f"{pulls.min():.1f} to {pulls.max():.1f} N"),
         ("Peak strain, weak bending", f"{strain:.2f} %"),
     ]
-    return AnswerInSpace(
+    return Answer(
         rig=moved,
         records=records,
         figures=tuple(figures),
@@ -159,13 +125,7 @@ def _warnings(rig: Rig, one: _Loop) -> list[str]:
 
 
 def _plots(one: _Loop) -> tuple[Plot, Plot]:
-    """Chart the closed cycle of a motion, and the same less its backbone."""
-    closed = closed_cycle(one.record)
-    whole = one.record.drive[closed], one.record.angle_deg[closed]
-    return (
-        Plot("whole", f"{one.motion.name}: angle, deg", whole),
-        Plot("bare", f"{one.motion.name}: less backbone, deg", less_backbone(one.record)),
-    )
+    return loop_plots(one.record, f"{one.motion.name}: angle, deg", f"{one.motion.name}: less backbone, deg")
 
 
 def _path_plot(path: SpatialSolution, smooth: SpatialSolution) -> Plot:
