@@ -27,6 +27,8 @@ from rich.table import Table
 from fem_models.load import LoadProgram, sine, triangle
 from fem_models.rig import Rig, RigError, ensemble, preset, read_rig
 from fem_models.rig.presets import NAMES_IN_SPACE, PRESETS
+from fem_models.rig.presets_in_space import any_preset
+from fem_models.rig.rig_file import read_any_rig
 from hysteresis.arrays import Floats
 from hysteresis.files import require_place
 from hysteresis.own import foreign, marked_values
@@ -186,19 +188,14 @@ class RigChoice:
     ] = None
 
     def read(self) -> Rig:
-        """Give the rig.
+        """Give the rig, of one plane.
 
         Raises
         ------
         RigError
-            Neither a preset nor a file, or both; a rig that cannot be read.
+            Neither a preset nor a file, or both; a rig that cannot be read, or that bends in space.
         """
-        if (self.preset is None) == (self.rig is None):
-            raise RigError("expected either --preset or --rig")
-        if self.preset is not None:
-            return possible(preset(self.preset, preload_N=self.preload))
-        assert self.rig is not None
-        return possible(read_rig(self.rig).with_preload(self.preload))
+        return self._read(preset, read_rig)
 
     def read_any(self) -> Rig:
         """Give the rig, of one plane or in space.
@@ -208,14 +205,15 @@ class RigChoice:
         RigError
             As :meth:`read`.
         """
-        from fem_models.rig.presets_in_space import any_preset
-        from fem_models.rig.rig_file import read_any_rig
+        return self._read(any_preset, read_any_rig)
 
-        if self.preset is not None and self.rig is None:
-            return possible(any_preset(self.preset, preload_N=self.preload))
-        if self.preset is not None or self.rig is None:
-            return self.read()
-        return possible(read_any_rig(self.rig).with_preload(self.preload))
+    def _read(self, of_preset: Callable[..., Rig], of_file: Callable[[Path], Rig]) -> Rig:
+        if (self.preset is None) == (self.rig is None):
+            raise RigError("expected either --preset or --rig")
+        if self.preset is not None:
+            return possible(of_preset(self.preset, preload_N=self.preload))
+        assert self.rig is not None
+        return possible(of_file(self.rig).with_preload(self.preload))
 
 
 def possible(rig: Rig) -> Rig:
