@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from fem_models.rig.checks import RigError, require, require_in_range, require_length, require_numbers
 from fem_models.rig.effects import (
+    EFFECTS,
     Backlash,
     Closure,
     Creep,
@@ -140,25 +141,7 @@ class Wheel:
         require_length("wheel.radius_mm", self.radius_mm)
 
 
-EFFECT_TABLES = (
-    "slack",
-    "backlash",
-    "eccentricity",
-    "superelastic",
-    "closure",
-    "gravity",
-    "tip_stop",
-    "creep",
-    "drag",
-    "preload_loss",
-    "fatigue",
-    "tip_load",
-    "drive_gain",
-    "stribeck",
-    "position_friction",
-    "run_in",
-    "tip_mass",
-)
+EFFECT_TABLES = tuple(EFFECTS)
 """Names of the optional effects of a rig, off by default."""
 
 
@@ -288,6 +271,12 @@ class Rig:
     def with_preload(self, preload_N: float | None) -> Rig:
         """Return the rig at another preload; itself for None."""
         return self if preload_N is None else replace(self, preload_N=preload_N)
+
+    @property
+    def depends_on_rate(self) -> bool:
+        """Whether a quasi-static loop depends on the times of its program: self-heating, creep, drag, speed."""
+        heats = self.superelastic is not None and self.superelastic.heating_time_s is not None
+        return heats or any(part is not None for part in (self.creep, self.drag, self.stribeck))
 
     @property
     def joints(self) -> int:

@@ -9,25 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from fem_models.rig.checks import RigError, require
-from fem_models.rig.effects import (
-    Backlash,
-    Closure,
-    Creep,
-    Drag,
-    DriveGain,
-    Eccentricity,
-    Fatigue,
-    Gravity,
-    PositionFriction,
-    PreloadLoss,
-    RunIn,
-    Slack,
-    Stribeck,
-    Superelastic,
-    TipLoad,
-    TipMass,
-    TipStop,
-)
+from fem_models.rig.effects import EFFECTS
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
 from fem_models.rig.layout import IN_SPACE, LayoutKeys, split_tables
 from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel, rig_in_space
@@ -45,23 +27,7 @@ _TABLES: dict[str, type] = {
     "friction": Friction,
     "wheel": Wheel,
     "bench": MeasuredJoint,
-    "slack": Slack,
-    "backlash": Backlash,
-    "eccentricity": Eccentricity,
-    "superelastic": Superelastic,
-    "closure": Closure,
-    "gravity": Gravity,
-    "tip_stop": TipStop,
-    "creep": Creep,
-    "drag": Drag,
-    "preload_loss": PreloadLoss,
-    "fatigue": Fatigue,
-    "tip_load": TipLoad,
-    "drive_gain": DriveGain,
-    "stribeck": Stribeck,
-    "position_friction": PositionFriction,
-    "run_in": RunIn,
-    "tip_mass": TipMass,
+    **EFFECTS,
 }
 _JOINT_TABLES = ("tube", "notch", "bench")
 _PARTS = {f.name for f in fields(Rig)} - {"joint", "layout"} | set(_JOINT_TABLES)

@@ -253,9 +253,7 @@ def _simulate_in_space(
 
 
 def _rate_matters(rig: Rig, engine: EngineName, dynamic: bool) -> bool:
-    heats = rig.superelastic is not None and rig.superelastic.heating_time_s is not None
-    by_rate = heats or any(part is not None for part in (rig.creep, rig.drag, rig.stribeck))
-    return dynamic or engine not in QUASI_STATIC or by_rate
+    return dynamic or engine not in QUASI_STATIC or rig.depends_on_rate
 
 
 def _simulate(

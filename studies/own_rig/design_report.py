@@ -204,16 +204,11 @@ def _begun(design: Design, records: Sequence[Record]) -> tuple[Design, _Found]:
 def _programs(rig: Rig, amplitude_mm: float) -> tuple[LoadProgram, LoadProgram]:
     """Give the program of a loop and that of the analytic curve; one tendon is driven from rest to the amplitude."""
     loop, theory = programs_of_report(amplitude_mm, both_ways=rig.tendon_b is not None)
-    if not _depends_on_rate(rig):
+    if not rig.depends_on_rate:
         return loop, theory
     assert loop.cycle is not None
     per_sample = _CYCLE_S / int((loop.cycle == 1).sum())
     return replace(loop, time_s=np.arange(loop.drive_mm.size, dtype=np.float64) * per_sample), theory
-
-
-def _depends_on_rate(rig: Rig) -> bool:
-    heats = rig.superelastic is not None and rig.superelastic.heating_time_s is not None
-    return heats or any(part is not None for part in (rig.creep, rig.drag, rig.stribeck))
 
 
 def without_effects(rig: Rig) -> Rig:
@@ -239,7 +234,7 @@ def _loop(design: Design, rig: Rig, out: Path, found: _Found, step: Steps) -> No
     if left_out and first:
         tables = ", ".join(f"[{table}]" for table in left_out)
         found.notes.append(f"the analytic curve and the cross-checks are those of the rig without {tables}")
-    if _depends_on_rate(rig) and first:
+    if rig.depends_on_rate and first:
         found.notes.append(f"the loop depends on the rate: it is simulated with one cycle in {_CYCLE_S:g} s")
     step(f"cross-checking {name}")
     if rig.tendon_b is None:
@@ -280,7 +275,7 @@ def _record(name: str, record: Record, out: Path, found: _Found, seed: int) -> N
 def _prediction(name: str, record: Record, rig: Rig, out: Path) -> Prediction:
     """Run the chain along the drive of a record, and compare the two with their mean difference taken out."""
     time = record.time_s
-    if time is None and _depends_on_rate(rig):
+    if time is None and rig.depends_on_rate:
         time = np.arange(record.drive.size, dtype=np.float64)
     predicted = simulate_chain(rig, LoadProgram(record.drive, time))
     zero = float(np.mean(record.angle_deg - predicted.angle_deg))
