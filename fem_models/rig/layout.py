@@ -75,7 +75,7 @@ class Layout:
         wheels = len(self.wheels)
         require(wheels == len(self.angles_deg), "tendons.wheels", f"{wheels} wheels", "one for each tendon")
 
-    def in_tables(self, planar: Mapping[str, Any]) -> dict[str, Any]:
+    def in_tables(self, planar: Mapping[str, Any]) -> dict[str, str | float | dict[str, Any]]:
         """Add the layout to the tables of the planar rig, as a rig file has them."""
         out, same = dict(planar), all(turn == self.turns_deg[0] for turn in self.turns_deg)
         out["notch"] = out["notch"] | {"turn_deg": self.turns_deg[0] if same else list(self.turns_deg)}

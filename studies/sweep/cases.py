@@ -28,13 +28,10 @@ from hysteresis.records.record import MAX_MAGNITUDE, Record
 from studies.engines import solver_of
 from studies.sweep.inputs import CaseInputs, CaseTables, ProgramTable, with_values
 from studies.sweep.quantities import GROUPS, IN_SPACE, quantity_names
-from studies.sweep.wrist import groups_in_space, winds_both_ways
+from studies.sweep.wrist import SLACK, groups_in_space, winds_both_ways
 from validation.separation import loop_program, separate
 
 Quantities = dict[str, float]
-
-SLACK = 0.01
-"""Share of the preload at which a tendon counts as slack: one with a toe region never loses all its tension."""
 
 
 @dataclass(frozen=True)

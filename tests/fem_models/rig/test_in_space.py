@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fem_models.analytic import simulate_analytic
 from fem_models.chain.solve import solve_chain
 from fem_models.load import triangle
 from fem_models.rig import RigError, preset, read_rig
@@ -110,6 +111,25 @@ def test_a_planar_reader_names_the_key_and_who_knows_it(tmp_path):
         read_rig(written(tmp_path, notch={"turn_deg": 90}))
     with pytest.raises(RigError, match="preset = zhang2026: the rig bends in space"):
         preset("zhang2026")
+
+
+def test_planar_engines_refuse_a_rig_in_space():
+    rig, program = any_preset("zhang2026"), triangle(0.5)
+    for run in (solve_chain, simulate_analytic):
+        with pytest.raises(RigError, match="rig zhang2026 bends in space, which run, simulate"):
+            run(rig, program)
+        assert run(rig.in_plane, program) is not None
+
+
+def test_a_planar_rig_is_a_rig_with_two_opposite_tendons_on_one_wheel():
+    rig = preset("du2018")
+    assert rig.is_planar
+    assert rig.in_plane is rig
+    assert (rig.angles_deg, rig.wheels, rig.turns_deg) == ((0.0, 180.0), (1, 1), (0.0,) * 14)
+    assert of_rig_in_space(rig) == of_rig_in_space(rig_in_space(rig))
+    assert rig_in_space(rig).in_plane == rig != rig_in_space(rig)
+    alone = replace(rig, tendon_b=None)
+    assert (alone.angles_deg, alone.wheels, alone.winds_both_ways(1)) == ((0.0,), (1,), False)
 
 
 def test_effects_that_the_chain_in_space_lacks_are_refused():
