@@ -68,7 +68,7 @@ def bent_mesh(joint: QuarterJoint, bent: BentJoint, mesh: MeshTet2) -> meshio.Me
 
 
 def draw_mesh(mesh: meshio.Mesh, path: Path, *, limit: float, window: tuple[int, int] = (1800, 800)) -> None:
-    """Draw a mesh of :func:`as_meshio` or :func:`bent_mesh` in its true size, coloured by equivalent strain, into a PNG.
+    """Draw a mesh of :func:`as_meshio` or :func:`bent_mesh`, coloured by equivalent strain, into a PNG.
 
     Metal beyond ``limit`` (a strain, as of :func:`fem_models.solid.strain.superelastic_limit`) is drawn in another
     colour. A child process draws: VTK may abort the whole process without OpenGL.
