@@ -215,7 +215,7 @@ def in_space() -> Iterator[tuple[str, list[str]]]:
         "one": ["--rig", "wrist-one.toml", "--amplitude", "0.2"],
         "planar": ["--rig", "planar.toml", "--amplitude", "0.2", "--engine", "chain"],
     }.items():
-        yield f"space: simulate {name}", ["simulate", *words, "--out", f"wrist-{name}.csv"]
+        yield f"space: simulate {name}", ["simulate", *words, "--out", f"{name}-of-wrist.csv"]
     for stem in WRISTS:
         reach = ["workspace", "--rig", f"{stem}.toml", "--amplitude", "0.2", "--circles", "2", "--directions", "8"]
         yield f"space: workspace {stem}", [*reach, "--out", f"reach-{stem}"]
@@ -228,7 +228,6 @@ def in_space() -> Iterator[tuple[str, list[str]]]:
     yield "space: validate", ["validate", *small, "--out", "validate-wrist"]
     yield "space: study", ["study", "study-in-space.toml", "--workers", "1", "--out", "study-wrist"]
     yield "space: identify", ["identify", "wrist-chain.csv", "--out", "identify-wrist"]
-    yield "space: trace", ["trace", "wrist-chain.csv", "--out", "trace-wrist"]
     for to in ("dxf", "step", "stl", "svg", "pdf"):
         yield f"space: export {to}", ["export", "--rig", "wrist.toml", "--to", to, "--out", f"wrist.{to}"]
 
