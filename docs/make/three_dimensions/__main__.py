@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from docs.make.pages import DOCS
 from fem_models.rig import Rig, preset
-from fem_models.rig.layout import SpaceKeys
+from fem_models.rig.layout import LayoutKeys
 from fem_models.rig.rig import Friction, Material, rig_in_space
 from fem_models.spatial import SpatialRig, WheelProgram, simulate_in_space, solve_spatial, spatial_rig, wheel_drives
 from fem_models.spatial.motion.compensated import compensated_wheels
@@ -96,9 +96,9 @@ def compensated_circle() -> Circle:
     return Circle(wanted, bent, rms)
 
 
-def two_plane_keys() -> SpaceKeys:
+def two_plane_keys() -> LayoutKeys:
     """Turn every second notch of the default rig, with four tendons on two wheels."""
-    return SpaceKeys("", tuple(90.0 * (k % 2) for k in range(14)), (0.0, 180.0, 90.0, 270.0), (1, 1, 2, 2))
+    return LayoutKeys("", tuple(90.0 * (k % 2) for k in range(14)), (0.0, 180.0, 90.0, 270.0), (1, 1, 2, 2))
 
 
 def scaled(friction: Friction, part: float) -> Friction:

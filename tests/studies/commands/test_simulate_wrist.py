@@ -7,7 +7,7 @@ import pytest
 
 from fem_models.load import triangle
 from fem_models.rig import RigError, preset
-from fem_models.rig.layout import SpaceKeys
+from fem_models.rig.layout import LayoutKeys
 from fem_models.rig.presets_in_space import any_preset
 from fem_models.rig.rig import rig_in_space
 from fem_models.spatial import WheelProgram, circle, first_wheel, of_rig_in_space, simulate_in_space, solve_spatial
@@ -134,7 +134,7 @@ def test_a_planar_program_keeps_its_cycles():
 
 def test_the_multibody_engine_agrees_with_the_chain(tmp_path):
     """Two engines of the same laws: within 0.1 deg, as was wanted of them."""
-    keys = SpaceKeys("", tuple(90.0 * (k % 2) for k in range(14)), (0.0, 180.0, 90.0, 270.0), (1, 1, 2, 2))
+    keys = LayoutKeys("", tuple(90.0 * (k % 2) for k in range(14)), (0.0, 180.0, 90.0, 270.0), (1, 1, 2, 2))
     rig, wrist = rig_in_space(preset("du2018"), keys), tmp_path / "wrist.toml"
     wrist.write_text(toml(rig.to_dict()))
     program = tmp_path / "program.csv"
