@@ -1,4 +1,4 @@
-"""Simulation engines by name, and load programs from a file.
+"""Simulation engines by name.
 
 Exudyn is imported when it is first needed: it loads the system's libGL, which not every machine has.
 """
@@ -7,10 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING, Literal
-
-import numpy as np
 
 from fem_models.analytic import simulate_analytic
 from fem_models.chain.solve import ChainSolution, simulate_chain, solve_chain
@@ -21,13 +18,12 @@ from fem_models.rig import Rig, RigError
 from hysteresis.arrays import Floats
 from hysteresis.extras import MissingError as MissingError
 from hysteresis.extras import require_extra
-from hysteresis.messages import listed
-from hysteresis.records.record import Record, RecordError
-from hysteresis.records.record_file import column_names, read_columns
+from hysteresis.records.record import Record
 
 if TYPE_CHECKING:
     from fem_models.load_control import LoadControlRun
     from fem_models.multibody.quasi_static import MultibodySolution
+    from fem_models.spatial.drives import WheelProgram
 
 
 EngineName = Literal["multibody", "chain", "analytic"]
@@ -114,59 +110,36 @@ def simulate_in_time(rig: Rig, program: LoadProgram) -> Record:
     return simulate_dynamic(rig, program)
 
 
+def simulate_wheels(
+    rig: Rig, program: WheelProgram, engine: EngineName | None = None, *, dynamic: bool = False
+) -> Record:
+    """Run a rig that bends in space: the chain in space by default, or the multibody model.
+
+    Raises
+    ------
+    RigError
+        An engine, or a run in time, that planar rigs alone have.
+    """
+    if dynamic:
+        raise RigError(f"--dynamic with rig {rig.name}, which bends in space: expected a quasi-static run")
+    if engine == "analytic":
+        raise RigError(f"--engine {engine} with rig {rig.name}, which bends in space: expected chain or multibody")
+    from fem_models.spatial import of_rig_in_space, simulate_in_space
+    from fem_models.spatial.motion.run_record import record_of
+
+    if engine != "multibody":
+        return simulate_in_space(rig, program)
+    require_exudyn()
+    from fem_models.multibody.spatial.solve import solve_spatial_multibody
+
+    run = solve_spatial_multibody(of_rig_in_space(rig), program.of_tendons(rig))
+    return record_of(rig, program, run, "multibody in space")
+
+
 ENGINES: dict[EngineName, Callable[[Rig, LoadProgram], Record]] = {
     "multibody": _simulate_multibody,
     "chain": simulate_chain,
     "analytic": simulate_analytic,
 }
-FORCE = "tendon_force_N"
-"""Column of a program that prescribes the tension at the wheel, in place of ``drive_mm``."""
 QUASI_STATIC: frozenset[EngineName] = frozenset(ENGINES)
 """Engines whose curve does not depend on the times of a program, except with creep of the tendons and viscous drag."""
-
-
-def program_of_file(path: Path) -> LoadProgram:
-    """Read a load program: a CSV with the column drive_mm and, where the rate matters, time_s.
-
-    Raises
-    ------
-    RecordError, RigError
-        One line with file, line, column, value and what was expected.
-    """
-    if "drive_mm" not in (names := column_names(path)):
-        found = f"column {names[0]!r}" if len(names) == 1 else f"columns {listed(names)}"
-        raise RecordError(f"{path}: {found}: expected 'drive_mm', and 'time_s' beside it, or {FORCE!r} alone")
-    columns = read_columns(path, ["drive_mm"], optional=["time_s"])
-    try:
-        return LoadProgram(columns["drive_mm"], columns.get("time_s"))
-    except RigError as error:
-        raise RigError(f"{path}: {error}") from None
-
-
-def forces_of_file(path: Path) -> Floats | None:
-    """Read the tensions of a program, N: a CSV with the column ``tendon_force_N``, shape (rows,).
-
-    Returns
-    -------
-    Floats or None
-        None for a file without that column: :func:`program_of_file` reads it.
-
-    Raises
-    ------
-    RecordError
-        One line with file, line, column, value and what was expected.
-    """
-    names = column_names(path)
-    if FORCE not in names:
-        return None
-    for other in ("drive_mm", "time_s"):
-        if other in names:
-            raise RecordError(
-                f"{path}: column {other!r} beside {FORCE!r}: expected {FORCE!r} alone, applied step by step"
-            )
-    force = read_columns(path, [FORCE])[FORCE]
-    if force.size < 2:
-        raise RecordError(f"{path}: column {FORCE!r} has {force.size} values: expected at least 2")
-    if (negative := np.flatnonzero(force < 0)).size:
-        raise RecordError(f"{path}:{negative[0] + 2}: column {FORCE!r} = {force[negative[0]]:g}: expected at least 0")
-    return force

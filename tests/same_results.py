@@ -15,6 +15,7 @@ import csv
 import itertools
 import json
 import math
+import re
 import subprocess
 import sys
 import time
@@ -103,6 +104,53 @@ preload_N = [10, 15, 20, 30]
 [quantities]
 groups = ["loop", "strain", "contributions"]
 """
+WRIST = """\
+name = "wrist"
+preload_N = 2.0
+[tube]
+outer_diameter_mm = 3.5
+inner_diameter_mm = 2.74
+[notch]
+shape = "rectangular_pair"
+count = 6
+depth_mm = 1.6
+width_mm = 0.6
+spacing_mm = 0.4
+turn_deg = [0, 90, 0, 90, 0, 90]
+[material]
+youngs_modulus_GPa = 62.9
+poissons_ratio = 0.33
+[tendon]
+EA_N = 5500.0
+moment_arm_mm = 1.56
+free_length_mm = 150.0
+[tendons]
+angles_deg = {angles}
+[wheel]
+radius_mm = 5.0
+[friction]
+capstan_coefficient = 0.15
+[tip_mass]
+mass_g = 1.0
+direction = [0.0, -1.0, 0.2]
+"""
+WRISTS = {"wrist": [0, 180, 90, 270], "wrist-three": [0, 120, 240], "wrist-one": [20]}
+"""Rig files in space, by the angles of their tendons: two wheels, three, and one."""
+PLANAR = WRIST.partition("[tip_mass]")[0].replace("[0, 90, 0, 90, 0, 90]", "0")
+STUDY_IN_SPACE = """\
+schema = 1
+[rig]
+file = "wrist.toml"
+[program]
+amplitude_mm = 0.3
+step_mm = 0.1
+[vary]
+friction.capstan_coefficient = [0.0, 0.15]
+[quantities]
+groups = ["planes", "workspace", "compliance"]
+"""
+WANTED = "angle_deg,angle_2_deg\n0,0\n2,0\n2,2\n0,2\n-1,0\n"
+TENSIONS = "tension_1_N,tension_2_N,tension_3_N,tension_4_N\n2,2,2,2\n3,2,2,2\n3,2,3,1.5\n2,2,2,2\n"
 TRACED = {"known": ("backlash", "guide_friction"), "unknown": ("tendon_slack", "time_delay")}
 LEFT_OUT = {"seconds", "wall_s", "versions", "sha256", "code", "version", "figures", "computed", "date", "commit"}
 """Keys of what no two runs, or no two versions, have in common."""
@@ -145,20 +193,89 @@ def commands() -> Iterator[tuple[str, list[str]]]:
     yield "study", ["study", "study.toml", "--workers", "1", "--out", "study"]
     yield "validate", ["validate", "--out", "validate"]
     yield "run", ["run", "--out", "run"]
+    yield from in_space()
+    yield from refused()
+
+
+def in_space() -> Iterator[tuple[str, list[str]]]:
+    """Give the commands of rigs that bend in two planes."""
+    small = ["--rig", "wrist.toml", "--amplitude", "0.3"]
+    for name, words in {
+        "chain": [],
+        "multibody": ["--engine", "multibody"],
+        "circle": ["--circle", "--cycles", "2"],
+        "rate": ["--rate", "1"],
+    }.items():
+        yield f"space: simulate {name}", ["simulate", *small, *words, "--out", f"wrist-{name}.csv"]
+    for name, words in {
+        "tensions": ["--rig", "wrist.toml", "--program", "tensions.csv"],
+        "program": ["--rig", "wrist.toml", "--program", "wrist-circle.csv", "--preload", "3"],
+        "preset": ["--preset", "zhang2026", "--amplitude", "0.5"],
+        "three": ["--rig", "wrist-three.toml", "--amplitude", "0.2", "--circle"],
+        "one": ["--rig", "wrist-one.toml", "--amplitude", "0.2"],
+        "planar": ["--rig", "planar.toml", "--amplitude", "0.2", "--engine", "chain"],
+    }.items():
+        yield f"space: simulate {name}", ["simulate", *words, "--out", f"{name}-of-wrist.csv"]
+    for stem in WRISTS:
+        reach = ["workspace", "--rig", f"{stem}.toml", "--amplitude", "0.2", "--circles", "2", "--directions", "8"]
+        yield f"space: workspace {stem}", [*reach, "--out", f"reach-{stem}"]
+        report = ["run", "--rig", f"{stem}.toml", "--amplitude", "0.2", "--preload", "2", "--preload", "3"]
+        yield f"space: run {stem}", [*report, "--out", f"run-{stem}"]
+        yield f"space: report {stem}", ["report", f"run-{stem}"]
+    yield "space: run preset", ["run", "--preset", "zhang2026", "--amplitude", "0.4", "--out", "run-zhang"]
+    yield "space: run planar", ["run", "--rig", "planar.toml", "--amplitude", "0.2", "--out", "run-planar"]
+    yield "space: compensate", ["compensate", "wrist.toml", "--reference", "wanted.csv", "--out", "wrist-drives.csv"]
+    yield "space: validate", ["validate", *small, "--out", "validate-wrist"]
+    yield "space: study", ["study", "study-in-space.toml", "--workers", "1", "--out", "study-wrist"]
+    yield "space: identify", ["identify", "wrist-chain.csv", "--out", "identify-wrist"]
+    for to in ("dxf", "step", "stl", "svg", "pdf"):
+        yield f"space: export {to}", ["export", "--rig", "wrist.toml", "--to", to, "--out", f"wrist.{to}"]
+
+
+def refused() -> Iterator[tuple[str, list[str]]]:
+    """Give command lines that end with one line: what a rig in space has not, and what a planar rig has not."""
+    wrist, out = ["--rig", "wrist.toml"], ["--out", "refused"]
+    simulate = ["simulate", *wrist, "--amplitude", "0.2", "--out", "refused.csv"]
+    yield "refused: analytic", [*simulate, "--engine", "analytic"]
+    yield "refused: dynamic", [*simulate, "--rate", "1", "--dynamic"]
+    yield "refused: ensemble", [*simulate, "--ensemble"]
+    yield "refused: forces", ["simulate", *wrist, "--program", "wanted.csv", "--out", "refused.csv"]
+    yield "refused: circle", ["simulate", "--preset", "du2018", "--amplitude", "1", "--circle", "--out", "refused.csv"]
+    yield "refused: circle of one", ["simulate", "--rig", "wrist-one.toml", "--amplitude", "1", "--circle", *out]
+    yield "refused: separate", ["separate", *wrist, *out]
+    yield "refused: separate preset", ["separate", "--preset", "zhang2026", *out]
+    yield "refused: separate record", ["separate", "wrist-chain.csv", *out]
+    yield "refused: calibrate", ["calibrate", *wrist, "--out", "refused.csv"]
+    for to in ("mujoco", "c", "table"):
+        yield f"refused: export {to}", ["export", *wrist, "--to", to, *out]
+    yield "refused: run record", ["run", *wrist, "wrist-chain.csv", *out]
+    yield "refused: run ensemble", ["run", "--preset", "zhang2026", "--ensemble", *out]
+    yield "refused: workspace", ["workspace", "--preset", "du2018", "--amplitude", "1", *out]
+    yield "refused: compensate", ["compensate", "planar.toml", "--reference", "wanted.csv", "--out", "refused.csv"]
+    yield "refused: no preset", ["simulate", "--preset", "zhang", "--amplitude", "1", "--out", "refused.csv"]
+    yield "refused: preload", ["simulate", *wrist, "--amplitude", "1", "--preload", "-1", "--out", "refused.csv"]
+    yield "refused: drive", ["simulate", *wrist, "--amplitude", "90", "--step", "30", "--out", "refused.csv"]
 
 
 def run(python: Path, out: Path, only: str = "") -> None:
-    """Run everything, or commands with ``only`` in their name; the JSON of a command goes beside what it writes."""
+    """Run all commands whose name has the pattern ``only``; the JSON of a command goes beside what it writes."""
     python = python.absolute()
     out.mkdir(parents=True)
     (out / "all-effects.toml").write_text(ALL_EFFECTS)
     (out / "study.toml").write_text(STUDY)
-    for kind, labels in TRACED.items():
+    for stem, angles in WRISTS.items():
+        (out / f"{stem}.toml").write_text(WRIST.replace("{angles}", str(angles)))
+    (out / "planar.toml").write_text(PLANAR.replace("{angles}", "[0, 180]"))
+    (out / "study-in-space.toml").write_text(STUDY_IN_SPACE)
+    (out / "wanted.csv").write_text(WANTED)
+    (out / "tensions.csv").write_text(TENSIONS)
+    for kind, labels in () if not any(re.search(only, f"trace {kind}") for kind in TRACED) else TRACED.items():
         given = ["--kind", kind, "--effects", ",".join(labels), "--count", "1", "--out", "cases"]
         subprocess.run([python, "-m", "validation.practice.cases", *given], cwd=out, check=True)
     for number, (name, arguments) in enumerate(commands()):
-        if only not in name:
+        if not re.search(only, name):
             continue
+        expected = 2 if name.startswith("refused") else 0
         if arguments[0] == "trace":
             arguments[1:2] = sorted(str(path.relative_to(out)) for path in (out / arguments[1]).glob("*.csv"))
         start = time.perf_counter()
@@ -166,9 +283,11 @@ def run(python: Path, out: Path, only: str = "") -> None:
             [python.parent / "notchbend", *arguments, "--json"], cwd=out, check=False, capture_output=True, text=True
         )
         print(f"{name}: exit {done.returncode}, {time.perf_counter() - start:.1f} s", flush=True)
-        if done.returncode:
+        if done.returncode != expected:
             print(done.stderr, flush=True)
         (out / f"{number:02d}-{arguments[0]}.json").write_text(done.stdout)
+        said = {"exit": done.returncode, "error": done.stderr.replace(str(out.absolute()), "OUT")}
+        (out / f"{number:02d}-{arguments[0]}-said.json").write_text(json.dumps(said))
 
 
 @dataclass
@@ -256,7 +375,7 @@ def main() -> int:
     one = verbs.add_parser("run")
     one.add_argument("--python", type=Path, required=True)
     one.add_argument("--out", type=Path, required=True)
-    one.add_argument("--only", default="", help="part of a command's name, to compare by hand")
+    one.add_argument("--only", default="", help="regular expression of the names of commands")
     two = verbs.add_parser("compare")
     two.add_argument("old", type=Path)
     two.add_argument("new", type=Path)

@@ -15,7 +15,7 @@ PACKAGES = ("hysteresis", "fem_models", "validation", "studies")
 PLACES = (*PACKAGES, "benchmarks", "docs")
 MOST_PARAMETERS = 8
 MOST_OF_FUNCTION, MOST_OF_KERNEL = 60, 80
-MOST_BARE_DICTS = 20
+MOST_BARE_DICTS = 17
 BARE_DICTS = ("dict", "dict[str, Any]", "dict[str, object]", "Mapping[str, Any]", "Tables")
 FIXED_SIGNATURES = "mbs"
 """First parameter of a function whose signature Exudyn prescribes."""

@@ -10,6 +10,9 @@ import pandas as pd
 import pytest
 
 import notchbend as nb
+from fem_models.rig.presets_in_space import any_preset
+from fem_models.spatial import simulate_in_space
+from fem_models.spatial.drives import first_wheel
 from hysteresis.records.frame import record_of_frame
 from studies.notebook import calls
 
@@ -149,3 +152,10 @@ def test_arrays_that_are_no_numbers_are_refused(drive, words):
     with pytest.raises(nb.RecordError, match=r"^record: ") as error:
         nb.Record(drive, [0, 1, 0])
     assert words in str(error.value)
+
+
+def test_a_rig_in_space_is_simulated_by_the_chain_in_space():
+    rig, program = any_preset("zhang2026"), nb.triangle(0.2, step_mm=0.1)
+    assert nb.simulate("zhang2026", program) == simulate_in_space(rig, first_wheel(program, rig))
+    with pytest.raises(nb.RigError, match="engine analytic with rig zhang2026"):
+        nb.simulate("zhang2026", nb.triangle(0.2), engine="analytic")

@@ -23,7 +23,7 @@ from fem_models.load import LoadProgram
 from fem_models.load.run_record import simulated_record
 from fem_models.rig import Rig, RigError
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
-from fem_models.rig.rig import EFFECT_TABLES, Tendon
+from fem_models.rig.rig import EFFECT_TABLES, Tendon, require_planar
 from fem_models.rig.tendon_law import tendon_stretch_mm, tendon_tension_N
 from hysteresis.arrays import Floats
 from hysteresis.records.record import Record
@@ -412,6 +412,7 @@ def simulate_analytic(rig: Rig, program: LoadProgram) -> Record:
     RigError
         A rig with an effect; as :func:`angle_for_drive_rad`.
     """
+    require_planar(rig)
     beyond = [name for name in EFFECT_TABLES if getattr(rig, name) is not None]
     if beyond:
         raise RigError(

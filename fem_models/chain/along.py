@@ -27,7 +27,7 @@ method, too."""
 
 _NOT_SCHEDULED = {
     "name", "material", "tendon_a", "tendon_b", "friction", "joint", "closure", "gravity", "tip_stop", "tip_load",
-    "tip_mass",
+    "tip_mass", "layout",
 }  # fmt: skip
 _SCHEDULED = tuple(f.name for f in fields(Rig) if f.name not in _NOT_SCHEDULED)
 """Parts of a rig that :func:`fem_models.load.schedule.schedule` may read; of the others only a lost preload does."""

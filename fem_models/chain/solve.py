@@ -37,6 +37,7 @@ from fem_models.load.schedule import force_schedule, schedule, snap_hint
 from fem_models.load.stepping import drive_control, force_control
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
+from fem_models.rig.rig import require_planar
 from hysteresis.arrays import Floats, Mask
 from hysteresis.records.record import Record
 
@@ -139,7 +140,7 @@ def chain_case(
     settings = settings or ChainSettings()
     if like is not None:
         return ChainCase(like.joints, path or _path(rig, load, like.joints, settings), like.parameters)
-    joints = joint_row(rig)
+    joints = joint_row(require_planar(rig))
     if isinstance(load, LoadProgram):
         require_possible(rig, joints)
     else:

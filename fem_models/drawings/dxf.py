@@ -12,7 +12,6 @@ from typing import Any, Final
 
 from fem_models.drawings.pattern import FlatPattern, flat_pattern
 from fem_models.rig import Rig
-from fem_models.rig.in_space import RigInSpace
 from fem_models.rig.joints import Notch
 from fem_models.rig.rig import notched_tube
 from hysteresis.extras import require_extra
@@ -29,7 +28,7 @@ COMMENT: Final = f"999\nmade by {MAKER}\n"
 """Head of the file: a comment, as the format allows them."""
 
 
-def pattern_dxf(rig: Rig | RigInSpace, pattern: FlatPattern) -> str:
+def pattern_dxf(rig: Rig, pattern: FlatPattern) -> str:
     """Write a flat pattern of a rig as DXF (R2010), in mm.
 
     The numbers that importing needs are custom properties of the header: diameters, kerf, beam and the angle of the
@@ -72,7 +71,7 @@ def _properties(pattern: FlatPattern) -> dict[str, str]:
     }
 
 
-def _draw(space: Any, rig: Rig | RigInSpace, pattern: FlatPattern) -> None:
+def _draw(space: Any, rig: Rig, pattern: FlatPattern) -> None:
     long, wide = pattern.length_mm, pattern.round_mm
     height = min(wide, long) / 28
     for one in pattern.outlines:
@@ -93,7 +92,7 @@ def _draw(space: Any, rig: Rig | RigInSpace, pattern: FlatPattern) -> None:
         space.add_line((0.0, place), (long, place), dxfattribs={"layer": TENDON})
         words = f"tendon {'abcd'[number]}, {angle:g} deg"
         _words(space, words, (long + 1.5 * height, place - height / 2), height)
-    _dimensions(space, notched_tube(rig if isinstance(rig, Rig) else rig.rig).notch, drawn, height)
+    _dimensions(space, notched_tube(rig).notch, drawn, height)
     for row, words in enumerate(_notes(pattern)):
         _words(space, words, (0.0, wide + (9.5 + 1.7 * (len(_notes(pattern)) - row)) * height), height)
 

@@ -16,7 +16,6 @@ import numpy as np
 from fem_models.drawings.beam import Beam, half_angle_rad
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import require
-from fem_models.rig.in_space import RigInSpace
 from fem_models.rig.joints import Cut, Tube
 from fem_models.rig.rig import notched_tube
 from hysteresis.arrays import Floats
@@ -81,19 +80,7 @@ class FlatPattern:
         return self.round_mm * (((self.seam_deg - angle_deg) / 360.0) % 1.0)
 
 
-def turns_of(rig: Rig | RigInSpace) -> tuple[float, ...]:
-    """Turn of each notch about the tube axis, deg; 0 for a planar rig."""
-    return rig.turns_deg if isinstance(rig, RigInSpace) else (0.0,) * rig.joints
-
-
-def planar_of(rig: Rig | RigInSpace) -> Rig:
-    """Give the rig as if no notch were turned."""
-    return rig.rig if isinstance(rig, RigInSpace) else rig
-
-
-def flat_pattern(
-    rig: Rig | RigInSpace, *, kerf_mm: float = 0.0, beam: Beam = "plane", seam_deg: float | None = None
-) -> FlatPattern:
+def flat_pattern(rig: Rig, *, kerf_mm: float = 0.0, beam: Beam = "plane", seam_deg: float | None = None) -> FlatPattern:
     """Unroll the tube of a rig.
 
     Parameters
@@ -113,8 +100,8 @@ def flat_pattern(
         Measured joints, a notch that does not go through the wall, a kerf that does not fit a notch, notches of a pair
         that meet.
     """
-    joint, name = notched_tube(planar_of(rig)), planar_of(rig).name
-    turns, places = turns_of(rig), joint.places()
+    joint, turns = notched_tube(rig), rig.turns_deg
+    places = joint.places()
     first = joint.notch.at(0).spacing_mm
     cuts = [joint.notch.at(k) for k in range(joint.joints)]
     shapes: dict[Cut, Floats] = {}
@@ -127,14 +114,14 @@ def flat_pattern(
     seam = _seam_deg(spans) if seam_deg is None else seam_deg
     beyond = cuts[-1].spacing_mm
     empty = FlatPattern(
-        name=name,
+        name=rig.name,
         tube=joint.tube,
         length_mm=places.centres[-1] + first / 2 + beyond / 2,
         first_mm=first,
         kerf_mm=kerf_mm,
         beam=beam,
         seam_deg=seam,
-        tendons_deg=_tendons_deg(rig),
+        tendons_deg=rig.angles_deg,
         outlines=(),
     )
     outlines = []
@@ -148,12 +135,6 @@ def flat_pattern(
 
 def _label(alike: bool, number: int) -> str:
     return "" if alike else f" of notch {number + 1}"
-
-
-def _tendons_deg(rig: Rig | RigInSpace) -> tuple[float, ...]:
-    if isinstance(rig, RigInSpace):
-        return rig.angles_deg
-    return tuple(180.0 * j for j in range(len(rig.tendons)))
 
 
 def _outline(tube: Tube, cut: Cut, label: str, kerf_mm: float, beam: Beam) -> Floats:

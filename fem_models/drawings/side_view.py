@@ -12,9 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fem_models.drawings.pattern import planar_of, turns_of
 from fem_models.rig import Rig
-from fem_models.rig.in_space import RigInSpace
 from fem_models.rig.joints import Cut, Tube
 from fem_models.rig.rig import notched_tube
 from hysteresis.arrays import Floats
@@ -33,7 +31,7 @@ _SIDES = (90.0, 270.0)
 _SAMPLES = 24
 
 
-def side_view_svg(rig: Rig | RigInSpace) -> str:
+def side_view_svg(rig: Rig) -> str:
     """Draw a rig as SVG text.
 
     Raises
@@ -49,7 +47,7 @@ def side_view_svg(rig: Rig | RigInSpace) -> str:
     return stream.getvalue()
 
 
-def side_view_pdf(rig: Rig | RigInSpace) -> bytes:
+def side_view_pdf(rig: Rig) -> bytes:
     """Draw a rig as PDF; errors as :func:`side_view_svg`."""
     import matplotlib
 
@@ -59,12 +57,12 @@ def side_view_pdf(rig: Rig | RigInSpace) -> bytes:
     return stream.getvalue()
 
 
-def _figure(rig: Rig | RigInSpace) -> Figure:
+def _figure(rig: Rig) -> Figure:
     from matplotlib.figure import Figure
 
-    joint = notched_tube(planar_of(rig))
+    joint = notched_tube(rig)
     # a pair looks alike after half a turn
-    turned = any(turn % (360.0 if joint.one_sided else 180.0) for turn in turns_of(rig))
+    turned = any(turn % (360.0 if joint.one_sided else 180.0) for turn in rig.turns_deg)
     rows = 2 if turned else 1
     long, wide = _length_mm(rig), joint.tube.outer_diameter_mm
     tall = min(2.4, max(1.0, 9.8 * 1.75 * wide / (1.12 * long + wide)))
@@ -82,8 +80,8 @@ def _figure(rig: Rig | RigInSpace) -> Figure:
     return figure
 
 
-def _length_mm(rig: Rig | RigInSpace) -> float:
-    joint = notched_tube(planar_of(rig))
+def _length_mm(rig: Rig) -> float:
+    joint = notched_tube(rig)
     return joint.places().centres[-1] + 0.5 * (
         joint.notch.at(0).spacing_mm + joint.notch.at(joint.joints - 1).spacing_mm
     )
@@ -102,11 +100,11 @@ def _profile(cut: Cut, tube: Tube) -> tuple[Floats, Floats]:
     return np.concatenate([-right, right[::-1]]), np.concatenate([angle, angle[::-1]])
 
 
-def _side(axes: Axes, rig: Rig | RigInSpace, *, sight_deg: float, words: str, dimensions: bool = False) -> None:
+def _side(axes: Axes, rig: Rig, *, sight_deg: float, words: str, dimensions: bool = False) -> None:
     """Draw the tube seen along a direction, at an angle from y towards z: 0 looks from the side that y points to."""
     from matplotlib.patches import Polygon
 
-    joint, long = notched_tube(planar_of(rig)), _length_mm(rig)
+    joint, long = notched_tube(rig), _length_mm(rig)
     outer, inner = joint.tube.outer_diameter_mm / 2, joint.tube.inner_diameter_mm / 2
     cuts = _cuts(rig)
     edges = [_edge(cuts, joint.tube, long, sight_deg + side) for side in _SIDES]
@@ -140,10 +138,10 @@ def _side(axes: Axes, rig: Rig | RigInSpace, *, sight_deg: float, words: str, di
     )
 
 
-def _cuts(rig: Rig | RigInSpace) -> list[tuple[float, float, Cut]]:
+def _cuts(rig: Rig) -> list[tuple[float, float, Cut]]:
     """Give every cut: its middle along the tube, mm, its angle round it, deg, and the notch."""
-    joint, places = notched_tube(planar_of(rig)), notched_tube(planar_of(rig)).places()
-    first, turns = joint.notch.at(0).spacing_mm, turns_of(rig)
+    joint, places = notched_tube(rig), notched_tube(rig).places()
+    first, turns = joint.notch.at(0).spacing_mm, rig.turns_deg
     return [
         (places.middles[k] + first / 2, turns[k] + 180.0 * side, joint.notch.at(k))
         for k in range(joint.joints)
@@ -169,11 +167,11 @@ def _edge(cuts: list[tuple[float, float, Cut]], tube: Tube, long: float, angle_d
     return np.concatenate([*points, np.array([[long, outer]])])
 
 
-def _detail(axes: Axes, rig: Rig | RigInSpace) -> None:
+def _detail(axes: Axes, rig: Rig) -> None:
     """Draw the first notch, with its rings, in its own bending plane."""
     from matplotlib.patches import Polygon
 
-    joint = notched_tube(planar_of(rig))
+    joint = notched_tube(rig)
     tube, cut, outer = joint.tube, joint.notch.at(0), joint.tube.outer_diameter_mm / 2
     inner, ring = tube.inner_diameter_mm / 2, cut.spacing_mm
     shown = min(ring, 3.0 * cut.width_mm)
@@ -210,13 +208,12 @@ def _detail(axes: Axes, rig: Rig | RigInSpace) -> None:
     )
 
 
-def _section(axes: Axes, rig: Rig | RigInSpace) -> None:
+def _section(axes: Axes, rig: Rig) -> None:
     """Draw the section at the root of the first notch, seen from the tip, with the tendons."""
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
 
-    planar = planar_of(rig)
-    joint = notched_tube(planar)
+    joint = notched_tube(rig)
     outer, inner, cut = joint.tube.outer_diameter_mm / 2, joint.tube.inner_diameter_mm / 2, joint.notch.at(0)
     height, size = outer - cut.depth_mm, 2 * outer
     turn = np.linspace(0, 2 * np.pi, 361)
@@ -226,9 +223,7 @@ def _section(axes: Axes, rig: Rig | RigInSpace) -> None:
     for begin, stop in _arcs_left(height / outer, joint.one_sided):
         ring = _metal(outer, inner, height, joint.one_sided, begin, stop)
         axes.add_patch(PathPatch(Path(ring), fc=_METAL, ec=INK, lw=0.8, hatch="////"))
-    angles = rig.angles_deg if isinstance(rig, RigInSpace) else tuple(180.0 * j for j in range(len(planar.tendons)))
-    tendons = rig.tendons if isinstance(rig, RigInSpace) else planar.tendons
-    for name, angle, tendon in zip("abcd", angles, tendons, strict=False):
+    for name, angle, tendon in zip("abcd", rig.angles_deg, rig.tendons, strict=False):
         place = tendon.moment_arm_mm * np.array([math.sin(math.radians(angle)), math.cos(math.radians(angle))])
         axes.plot(*place, "o", ms=3.5, color=_TENDON)
         axes.text(float(place[0]) + 0.04 * size, float(place[1]) + 0.04 * size, name, color=_TENDON)
@@ -237,7 +232,7 @@ def _section(axes: Axes, rig: Rig | RigInSpace) -> None:
     )
     axes.plot([-0.58 * size, 0.58 * size], [0, 0], color=_SOFT, lw=0.4, ls=(0, (12, 3, 2, 3)))
     axes.plot([0, 0], [-0.58 * size, 0.58 * size], color=_SOFT, lw=0.4, ls=(0, (12, 3, 2, 3)))
-    arm = planar.tendon_a.moment_arm_mm
+    arm = rig.tendon_a.moment_arm_mm
     axes.text(
         0, -0.62 * size, f"section at the root; tendons {_mm(arm)} mm from the axis", ha="center", va="top", color=_SOFT
     )

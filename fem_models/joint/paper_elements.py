@@ -130,8 +130,3 @@ def theta_sum(rig: Rig, force_N: ArrayLike, n_elements: int | None = None) -> Fl
     else:
         compliance = element_rotations(rig, 1.0, n_elements=n_elements).theta_kd_rad
     return rig.joints * compliance * joint.arms_mm.a * force
-
-
-def force_for_angle(rig: Rig, theta_sum_rad: ArrayLike, n_elements: int | None = None) -> Floats:
-    """Force of tendon a, N, that bends the manipulator by ``theta_sum_rad``: the inverse of :func:`theta_sum`."""
-    return np.asarray(theta_sum_rad, dtype=float) / theta_sum(rig, 1.0, n_elements)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from fem_models.load.program import LoadProgram
 from fem_models.rig import Rig, RigError
 from fem_models.rig.joints import MeasuredJoint
+from fem_models.rig.rig import require_planar
 from fem_models.rig.tendon_law import tendon_stretch_mm
 from hysteresis.arrays import Floats
 
@@ -62,6 +63,7 @@ def schedule(rig: Rig, program: LoadProgram) -> Schedule:
     RigError
         Creep, drag, velocity weakening or self-heating without times, effects of the cycle count without cycles.
     """
+    require_planar(rig)
     drive, m = program.drive_mm, program.drive_mm.size
     if rig.drive_gain is not None:
         drive = (1 + rig.drive_gain.error) * drive
@@ -107,6 +109,7 @@ def force_schedule(rig: Rig, force_N: ArrayLike) -> Schedule:
         A rig of two tendons; an effect that needs times or cycles; forces that are not a row of numbers of at least 0.
     """
     force = np.array(force_N, dtype=float)
+    require_planar(rig)
     if rig.tendon_b is not None:
         raise RigError(f"rig {rig.name}: two tendons: expected a rig of one tendon under load control")
     for name in ("drag", "preload_loss", "fatigue", "drive_gain", "stribeck", "position_friction", "run_in"):

@@ -361,3 +361,25 @@ class Fatigue:
         require_numbers("fatigue", self)
         require(0 <= self.loop_loss <= 1, "fatigue.loop_loss", self.loop_loss, "in [0, 1]")
         require(self.cycles > 0, "fatigue.cycles", self.cycles, "above 0")
+
+
+EFFECTS: dict[str, type] = {
+    "slack": Slack,
+    "backlash": Backlash,
+    "eccentricity": Eccentricity,
+    "superelastic": Superelastic,
+    "closure": Closure,
+    "gravity": Gravity,
+    "tip_stop": TipStop,
+    "creep": Creep,
+    "drag": Drag,
+    "preload_loss": PreloadLoss,
+    "fatigue": Fatigue,
+    "tip_load": TipLoad,
+    "drive_gain": DriveGain,
+    "stribeck": Stribeck,
+    "position_friction": PositionFriction,
+    "run_in": RunIn,
+    "tip_mass": TipMass,
+}
+"""Optional effects of a rig, off by default, by the names of their tables."""

@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from fem_models.rig.checks import RigError
-from fem_models.rig.in_space import RigInSpace, read_any_rig
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
 from fem_models.rig.presets import NAMES_IN_SPACE, preset
 from fem_models.rig.presets_in_space import any_preset
 from fem_models.rig.rig import Material, Rig, Tendon, Wheel
-from fem_models.rig.rig_file import build, read_rig, rig_and_space_of_file
+from fem_models.rig.rig_file import build, read_any_rig, read_rig, rig_and_space_of_file
 from hysteresis.records.record import MEASURED_KEYS, Record, RecordError
 from hysteresis.sensors.readings import cleaned
 
@@ -82,7 +81,7 @@ def bends_in_space(record: Record) -> bool:
     return record.rig.get("preset") in NAMES_IN_SPACE
 
 
-def rig_in_space_of(record: Record) -> RigInSpace:
+def rig_in_space_of(record: Record) -> Rig:
     """Return the rig in space that the sidecar names (:func:`bends_in_space`), at the preload of the record.
 
     Raises
@@ -95,7 +94,7 @@ def rig_in_space_of(record: Record) -> RigInSpace:
         rig = read_any_rig(Path(record.source).parent / str(record.rig["file"]))
     else:
         rig = any_preset(str(record.rig.get("preset")))
-    if not isinstance(rig, RigInSpace):
+    if rig.is_planar:
         raise RigError(f"{_where(record)}: rig: of one plane: expected a rig in space")
     try:
         return rig.with_preload(preload)

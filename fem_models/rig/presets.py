@@ -9,8 +9,8 @@ from typing import Literal
 from fem_models.rig.checks import RigError
 from fem_models.rig.effects import Closure, Superelastic
 from fem_models.rig.joints import Notch, NotchedTube, Tube
+from fem_models.rig.layout import IN_SPACE
 from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel
-from fem_models.rig.space_tables import IN_SPACE
 from hysteresis.arguments import checked
 from hysteresis.messages import as_given
 

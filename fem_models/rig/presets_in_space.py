@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from fem_models.rig.checks import RigError
-from fem_models.rig.in_space import RigInSpace
 from fem_models.rig.joints import Notch, NotchedTube, Tube
-from fem_models.rig.presets import PRESETS, Source, preset
+from fem_models.rig.layout import Layout
+from fem_models.rig.presets import PRESETS, Preset, Source, preset
 from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel
 from hysteresis.messages import as_given
 
@@ -17,35 +15,27 @@ ZHANG2026 = (
 )
 
 
-@dataclass(frozen=True)
-class PresetInSpace:
-    """A rig in space with the source of each number: of a planar rig, and turns, angles and wheels."""
-
-    rig: RigInSpace
-    sources: dict[str, Source]
-
-
 _NOTCHES = 24
 _TENDON = Tendon(EA_N=5_500.0, moment_arm_mm=1.56, free_length_mm=150.0)
 
-_ZHANG2026 = PresetInSpace(
-    rig=RigInSpace(
-        Rig(
-            name="zhang2026",
-            joint=NotchedTube(
-                Tube(outer_diameter_mm=3.5, inner_diameter_mm=2.74),
-                Notch("rectangular_pair", count=_NOTCHES, depth_mm=1.6, width_mm=0.6, spacing_mm=0.4),
-            ),
-            material=Material(youngs_modulus_GPa=62.9, poissons_ratio=0.33),
-            tendon_a=_TENDON,
-            tendon_b=None,
-            wheel=Wheel(radius_mm=5.0),
-            friction=Friction(capstan_coefficient=0.15),
-            preload_N=2.0,
+_ZHANG2026 = Preset(
+    rig=Rig(
+        name="zhang2026",
+        joint=NotchedTube(
+            Tube(outer_diameter_mm=3.5, inner_diameter_mm=2.74),
+            Notch("rectangular_pair", count=_NOTCHES, depth_mm=1.6, width_mm=0.6, spacing_mm=0.4),
         ),
-        turns_deg=tuple(90.0 * (k % 2) for k in range(_NOTCHES)),
-        angles_deg=(0.0, 180.0, 90.0, 270.0),
-        wheels=(1, 1, 2, 2),
+        material=Material(youngs_modulus_GPa=62.9, poissons_ratio=0.33),
+        tendon_a=_TENDON,
+        tendon_b=None,
+        wheel=Wheel(radius_mm=5.0),
+        friction=Friction(capstan_coefficient=0.15),
+        preload_N=2.0,
+        layout=Layout(
+            turns_deg=tuple(90.0 * (k % 2) for k in range(_NOTCHES)),
+            angles_deg=(0.0, 180.0, 90.0, 270.0),
+            wheels=(1, 1, 2, 2),
+        ),
     ),
     sources={
         "tube.outer_diameter_mm": Source("stated", "a notched Nitinol tube of 3.5 mm"),
@@ -76,10 +66,10 @@ _ZHANG2026 = PresetInSpace(
     },
 )
 
-PRESETS_IN_SPACE: dict[str, PresetInSpace] = {"zhang2026": _ZHANG2026}
+PRESETS_IN_SPACE: dict[str, Preset] = {"zhang2026": _ZHANG2026}
 
 
-def any_preset(name: str, *, preload_N: float | None = None) -> Rig | RigInSpace:
+def any_preset(name: str, *, preload_N: float | None = None) -> Rig:
     """Return the rig of a preset, in one plane or in space, at another preload if one is given.
 
     Raises
@@ -95,7 +85,7 @@ def any_preset(name: str, *, preload_N: float | None = None) -> Rig | RigInSpace
     return preset(name, preload_N=preload_N)
 
 
-def sidecar_table_in_space(rig: RigInSpace) -> dict[str, str | float]:
+def sidecar_table_in_space(rig: Rig) -> dict[str, str | float]:
     """Return the ``[rig]`` table of a record made with a rig in space: the name of its preset, and its preload."""
     table: dict[str, str | float] = {"preload_N": rig.preload_N} if rig.preload_N > 0 else {}
     known = PRESETS_IN_SPACE.get(rig.name)

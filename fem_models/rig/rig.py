@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from fem_models.rig.checks import RigError, require, require_in_range, require_length, require_numbers
 from fem_models.rig.effects import (
+    EFFECTS,
     Backlash,
     Closure,
     Creep,
@@ -27,7 +28,9 @@ from fem_models.rig.effects import (
     TipStop,
 )
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
+from fem_models.rig.layout import IN_SPACE, KNOWN_EFFECTS, Layout, LayoutKeys, wheels_of_pairs, winding
 from hysteresis.arguments import checked_class
+from hysteresis.arrays import Floats
 from hysteresis.display import html_table
 from hysteresis.messages import quoted
 
@@ -138,25 +141,7 @@ class Wheel:
         require_length("wheel.radius_mm", self.radius_mm)
 
 
-EFFECT_TABLES = (
-    "slack",
-    "backlash",
-    "eccentricity",
-    "superelastic",
-    "closure",
-    "gravity",
-    "tip_stop",
-    "creep",
-    "drag",
-    "preload_loss",
-    "fatigue",
-    "tip_load",
-    "drive_gain",
-    "stribeck",
-    "position_friction",
-    "run_in",
-    "tip_mass",
-)
+EFFECT_TABLES = tuple(EFFECTS)
 """Names of the optional effects of a rig, off by default."""
 
 
@@ -172,6 +157,10 @@ class Rig:
     With a single tendon (``tendon_b`` None) the flexures spring back; the preload may be 0 unless the tendon has a toe
     region. ``precurvature_deg`` is the angle of every joint without load. At that shape the tendons have their rest
     length and the drive is zero.
+
+    ``layout`` makes the rig bend in space: turned notches, tendons round the tube, wheels, loads in any direction. The
+    rest is then the rig as if no notch were turned. Axes: x along the straight tube from base to tip, y where a notch
+    without turn bends to, z = x times y. None is a rig of one plane.
     """
 
     name: str
@@ -200,6 +189,7 @@ class Rig:
     position_friction: PositionFriction | None = None
     run_in: RunIn | None = None
     tip_mass: TipMass | None = None
+    layout: Layout | None = None
 
     def __post_init__(self) -> None:
         for name in ("preload_N", "precurvature_deg"):
@@ -223,11 +213,70 @@ class Rig:
             case MeasuredJoint():
                 needs_angle = self.closure is not None and self.closure.angle_deg is None
                 require(not needs_angle, "closure.angle_deg", None, "a number: measured joints have no notch")
+        if self.layout is not None:
+            known = f"none in space: of the effects there are {', '.join(KNOWN_EFFECTS)}"
+            for name in EFFECT_TABLES:
+                require(name in KNOWN_EFFECTS or getattr(self, name) is None, name, "given", known)
+            measured = isinstance(self.joint, MeasuredJoint)
+            require(not measured, "bench", "given", "[tube] and [notch] of a rig in space")
+            count, n = len(self.layout.turns_deg), self.joints
+            require(count == n, "notch.turn_deg", f"{count} angles", f"one for each of {n} notches")
+
+    @property
+    def is_planar(self) -> bool:
+        """Whether the rig bends in one plane."""
+        return self.layout is None
+
+    @property
+    def in_plane(self) -> Rig:
+        """The rig as if no notch were turned; itself where it bends in one plane."""
+        return self if self.layout is None else replace(self, layout=None)
 
     @property
     def tendons(self) -> tuple[Tendon, ...]:
-        """Tendon a and, where there is one, tendon b."""
-        return (self.tendon_a,) if self.tendon_b is None else (self.tendon_a, self.tendon_b)
+        """Tendon a and, where there is one, tendon b; in space every tendon, in the order of its angle."""
+        own = (self.tendon_a,) if self.tendon_b is None else (self.tendon_a, self.tendon_b)
+        if self.layout is None or len(own) == len(self.layout.angles_deg):
+            return own
+        return (self.tendon_a,) * len(self.layout.angles_deg)
+
+    @property
+    def turns_deg(self) -> tuple[float, ...]:
+        """Turn of each notch about the tube axis, from y towards z."""
+        return (0.0,) * self.joints if self.layout is None else self.layout.turns_deg
+
+    @property
+    def angles_deg(self) -> tuple[float, ...]:
+        """Angles of the tendons round the tube, from y towards z: tendon a at 0, tendon b at 180 in one plane."""
+        return (0.0, 180.0)[: len(self.tendons)] if self.layout is None else self.layout.angles_deg
+
+    @property
+    def wheels(self) -> tuple[int, ...]:
+        """Number of the wheel of each tendon, from 1."""
+        return (1,) * len(self.tendons) if self.layout is None else self.layout.wheels
+
+    @property
+    def wheel_count(self) -> int:
+        """Number of wheels."""
+        return max(self.wheels)
+
+    def winding(self) -> Floats:
+        """Give what a drive of each wheel winds in of each tendon: 1, -1 or 0, shape (wheels, tendons)."""
+        return winding(self.wheels)
+
+    def winds_both_ways(self, wheel: int) -> bool:
+        """Whether a wheel, counted from 1, has a second tendon, which a positive drive lets out."""
+        return self.wheels.count(wheel) > 1
+
+    def with_preload(self, preload_N: float | None) -> Rig:
+        """Return the rig at another preload; itself for None."""
+        return self if preload_N is None else replace(self, preload_N=preload_N)
+
+    @property
+    def depends_on_rate(self) -> bool:
+        """Whether a quasi-static loop depends on the times of its program: self-heating, creep, drag, speed."""
+        heats = self.superelastic is not None and self.superelastic.heating_time_s is not None
+        return heats or any(part is not None for part in (self.creep, self.drag, self.stribeck))
 
     @property
     def joints(self) -> int:
@@ -250,9 +299,11 @@ class Rig:
         return self.pitch_mm if self.joint.alike else self.length_mm / self.joints
 
     def parts(self) -> dict[str, str | float | DataclassInstance | None]:
-        """Values of a rig by their names in a rig file, where ``joint`` is [tube] and [notch], or [bench]."""
+        """Values of a rig but its layout by their names in a rig file; ``joint`` is [tube] and [notch], or [bench]."""
         out: dict[str, str | float | DataclassInstance | None] = {}
         for f in fields(self):
+            if f.name == "layout":
+                continue
             match getattr(self, f.name):
                 case NotchedTube(tube, notch):
                     out |= {"tube": tube, "notch": notch}
@@ -269,9 +320,16 @@ class Rig:
             for name, value in self.parts().items()
             if value is not None
         }
+        if self.layout is not None:
+            return self.layout.in_tables(out)
         return out | ({"tendons": 1} if self.tendon_b is None else {})
 
     def __repr__(self) -> str:
+        if self.layout is not None:
+            counts = {"notch": self.joints, "tendon": len(self.angles_deg), "wheel": self.wheel_count}
+            ends = {"notch": "es"}
+            notches, tendons, wheels = (f"{n} {name}{ends.get(name, 's') * (n != 1)}" for name, n in counts.items())
+            return f"Rig({self.name!r}, {notches}, {tendons} on {wheels}, preload {self.preload_N:g} N)"
         made = "measured joints" if isinstance(self.joint, MeasuredJoint) else "notches"
         tendons = f"{len(self.tendons)} tendon{'s' if self.tendon_b else ''}"
         effects = "".join(f", {name}" for name in EFFECT_TABLES if getattr(self, name) is not None)
@@ -289,6 +347,37 @@ class Rig:
 def _plain(part: DataclassInstance) -> dict[str, float | str | list[float]]:
     values = {name: value for name, value in asdict(part).items() if value is not None and value != ()}
     return {name: list(value) if isinstance(value, tuple) else value for name, value in values.items()}
+
+
+def require_planar(rig: Rig) -> Rig:
+    """Give a rig of one plane as it is.
+
+    Raises
+    ------
+    RigError
+        A rig that bends in space.
+    """
+    if not rig.is_planar:
+        raise RigError(f"rig {rig.name} {IN_SPACE}")
+    return rig
+
+
+def rig_in_space(rig: Rig, keys: LayoutKeys | None = None) -> Rig:
+    """Take a planar rig into space, with what a rig file says of it.
+
+    Without angles the tendons are a at 0 and b, if there is one, at 180 degrees.
+
+    Raises
+    ------
+    RigError
+        Measured joints, an effect that the chain in space does not have, or a number of turns other than that of the
+        notches.
+    """
+    keys = keys or LayoutKeys("")
+    turns = keys.turns_deg if isinstance(keys.turns_deg, tuple) else (keys.turns_deg,) * rig.joints
+    angles = keys.angles_deg or rig.angles_deg
+    wheels = keys.wheels or wheels_of_pairs(angles)
+    return replace(rig, layout=Layout(turns, angles, wheels, keys.tip_force_N, keys.ring, keys.tip))
 
 
 def numeric_fields(rig: Rig) -> dict[str, float]:

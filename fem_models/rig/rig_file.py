@@ -9,28 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from fem_models.rig.checks import RigError, require
-from fem_models.rig.effects import (
-    Backlash,
-    Closure,
-    Creep,
-    Drag,
-    DriveGain,
-    Eccentricity,
-    Fatigue,
-    Gravity,
-    PositionFriction,
-    PreloadLoss,
-    RunIn,
-    Slack,
-    Stribeck,
-    Superelastic,
-    TipLoad,
-    TipMass,
-    TipStop,
-)
+from fem_models.rig.effects import EFFECTS
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
-from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel
-from fem_models.rig.space_tables import IN_SPACE, SpaceKeys, split_tables
+from fem_models.rig.layout import IN_SPACE, LayoutKeys, split_tables
+from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel, rig_in_space
 from hysteresis.arguments import checked
 from hysteresis.files import RecordError, read_toml
 from hysteresis.messages import as_given, listed, quoted
@@ -45,26 +27,10 @@ _TABLES: dict[str, type] = {
     "friction": Friction,
     "wheel": Wheel,
     "bench": MeasuredJoint,
-    "slack": Slack,
-    "backlash": Backlash,
-    "eccentricity": Eccentricity,
-    "superelastic": Superelastic,
-    "closure": Closure,
-    "gravity": Gravity,
-    "tip_stop": TipStop,
-    "creep": Creep,
-    "drag": Drag,
-    "preload_loss": PreloadLoss,
-    "fatigue": Fatigue,
-    "tip_load": TipLoad,
-    "drive_gain": DriveGain,
-    "stribeck": Stribeck,
-    "position_friction": PositionFriction,
-    "run_in": RunIn,
-    "tip_mass": TipMass,
+    **EFFECTS,
 }
 _JOINT_TABLES = ("tube", "notch", "bench")
-_PARTS = {f.name for f in fields(Rig)} - {"joint"} | set(_JOINT_TABLES)
+_PARTS = {f.name for f in fields(Rig)} - {"joint", "layout"} | set(_JOINT_TABLES)
 
 
 def numbers_of_a_rig() -> dict[str, bool]:
@@ -140,7 +106,7 @@ def read_rig(path: Path | str) -> Rig:
     ------
     RigError
         One line with file, field, value and what was expected; a rig that bends in space, which
-        :func:`fem_models.rig.in_space.read_any_rig` reads.
+        :func:`read_any_rig` reads.
 
     Examples
     --------
@@ -150,7 +116,23 @@ def read_rig(path: Path | str) -> Rig:
     return _planar(rig, space, str(path))
 
 
-def rig_and_space_of_file(path: Path) -> tuple[Rig, SpaceKeys | None]:
+def read_any_rig(path: Path | str) -> Rig:
+    """Read a rig file, of a planar rig or of one that bends in space.
+
+    Beyond :func:`read_rig`: ``turn_deg`` in [notch], one angle or one a notch; ``angles_deg`` in [tendons], and
+    ``wheels`` where opposite tendons do not share one; ``force_N`` of [tip_load] and ``direction`` of [gravity] and
+    [tip_mass] as three components.
+
+    Raises
+    ------
+    RigError
+        One line with file, field, value and what was expected.
+    """
+    path = Path(path)
+    return _laid_out(*rig_and_space_of_file(path), str(path))
+
+
+def rig_and_space_of_file(path: Path) -> tuple[Rig, LayoutKeys | None]:
     """Read the rig of a file, and what takes it into space, as :func:`rig_and_space`.
 
     Raises
@@ -200,14 +182,35 @@ def rig_of_tables(tables: Mapping[str, Any], where: str, name: str = "rig") -> R
     return _planar(*rig_and_space(tables, where, name), where)
 
 
-def _planar(rig: Rig, space: SpaceKeys | None, where: str) -> Rig:
+def any_rig_of_tables(tables: Mapping[str, Any], where: str, name: str = "rig", *, in_space: bool = False) -> Rig:
+    """Make a rig, of one plane or in space, from the tables of a rig file or from ``to_dict``.
+
+    With ``in_space`` one whose turns are 0 and whose tendons are those of a planar rig is still one in space.
+
+    Raises
+    ------
+    RigError
+        One line with ``where``, field, value and what was expected.
+    """
+    rig, keys = rig_and_space(tables, where, name)
+    return _laid_out(rig, LayoutKeys("") if keys is None and in_space else keys, where)
+
+
+def _laid_out(rig: Rig, keys: LayoutKeys | None, where: str) -> Rig:
+    try:
+        return rig if keys is None else rig_in_space(rig, keys)
+    except RigError as error:
+        raise RigError(f"{where}: {error}") from None
+
+
+def _planar(rig: Rig, space: LayoutKeys | None, where: str) -> Rig:
     """Refuse a rig in space."""
     if space is not None:
         raise RigError(f"{where}: {space.found}: rig {rig.name} {IN_SPACE}")
     return rig
 
 
-def rig_and_space(tables: Mapping[str, Any], where: str, name: str) -> tuple[Rig, SpaceKeys | None]:
+def rig_and_space(tables: Mapping[str, Any], where: str, name: str) -> tuple[Rig, LayoutKeys | None]:
     """Make the rig of the tables, and what takes it into space, if anything does: it is then without turn.
 
     Raises

@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Final
 
 from fem_models.rig import Rig
-from fem_models.rig.in_space import RigInSpace
 from fem_models.rig.joints import Cut, Tube
 from fem_models.rig.rig import notched_tube
 from fem_models.solid.mesh import gmsh_session
@@ -30,7 +29,7 @@ _DELAUNAY: Final = 5
 _COUNTED = re.compile(r"(Open CASCADE STEP translator [\d.]+) \d+(?:\.\d+)*")
 
 
-def tube_step(rig: Rig | RigInSpace) -> bytes:
+def tube_step(rig: Rig) -> bytes:
     """Give the tube as a STEP file, in mm.
 
     Raises
@@ -49,7 +48,7 @@ def tube_step(rig: Rig | RigInSpace) -> bytes:
         return _marked_step(path.read_bytes())
 
 
-def tube_stl(rig: Rig | RigInSpace) -> bytes:
+def tube_stl(rig: Rig) -> bytes:
     """Give the surface of the tube as triangles, binary STL, in mm; errors as :func:`tube_step`."""
     import gmsh
 
@@ -64,11 +63,7 @@ def tube_stl(rig: Rig | RigInSpace) -> bytes:
         gmsh.model.mesh.generate(2)
         gmsh.write(str(path))
         content = path.read_bytes()
-    return f"{MAKER}: {_planar(rig).name}".encode("ascii", "replace")[:80].ljust(80) + content[80:]
-
-
-def _planar(rig: Rig | RigInSpace) -> Rig:
-    return rig.rig if isinstance(rig, RigInSpace) else rig
+    return f"{MAKER}: {rig.name}".encode("ascii", "replace")[:80].ljust(80) + content[80:]
 
 
 @contextlib.contextmanager
@@ -95,13 +90,12 @@ def _marked_step(content: bytes) -> bytes:
     return "\n".join([lines[0], f"/* made by {MAKER} */", *lines[1:begin], name, *lines[end + 1 :], ""]).encode("utf-8")
 
 
-def _cut_tube(rig: Rig | RigInSpace) -> None:
+def _cut_tube(rig: Rig) -> None:
     """Model the tube in the open session."""
     import gmsh
 
-    planar = _planar(rig)
-    joint, places = notched_tube(planar), notched_tube(planar).places()
-    turns = rig.turns_deg if isinstance(rig, RigInSpace) else (0.0,) * planar.joints
+    joint, places = notched_tube(rig), notched_tube(rig).places()
+    turns = rig.turns_deg
     first, last = joint.notch.at(0).spacing_mm, joint.notch.at(joint.joints - 1).spacing_mm
     long, occ = places.centres[-1] + 0.5 * (first + last), gmsh.model.occ
     outer, inner = joint.tube.outer_diameter_mm / 2, joint.tube.inner_diameter_mm / 2

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fem_models.load.program import LoadProgram, require_few
+from fem_models.rig import Rig
 from fem_models.rig.checks import require
-from fem_models.rig.in_space import RigInSpace
 from hysteresis.arrays import Floats
 from hysteresis.records.record import MAX_MAGNITUDE
 
@@ -92,7 +92,7 @@ class WheelProgram:
         for name, value in (("wheels", checked.drives), ("time_s", first.time_s), ("cycle", first.cycle)):
             object.__setattr__(self, name, value)
 
-    def of_tendons(self, rig: RigInSpace) -> SpatialProgram:
+    def of_tendons(self, rig: Rig) -> SpatialProgram:
         """Give the drives of the tendons.
 
         Raises
@@ -110,13 +110,13 @@ class WheelProgram:
         return SpatialProgram(self.wheels @ rig.winding())
 
 
-def first_wheel(program: LoadProgram, rig: RigInSpace) -> WheelProgram:
+def first_wheel(program: LoadProgram, rig: Rig) -> WheelProgram:
     """Move the first wheel by a planar program; the others stand still."""
     still = np.zeros((program.drive_mm.size, rig.wheel_count - 1))
     return WheelProgram(np.column_stack([program.drive_mm, still]), program.time_s, program.cycle)
 
 
-def round_axes(rig: RigInSpace) -> Floats:
+def round_axes(rig: Rig) -> Floats:
     """Give the drives of all wheels on two axes of a circle, shape (2, wheels): the first and the second one go round.
 
     Two wheels are the axes themselves. Of three or four, each takes the cosine and the sine of the angle of its first

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from fem_models.joint.friction import jenkins_elements
+from fem_models.rig.layout import Space
 from fem_models.rig.rig import Material
-from fem_models.rig.space_tables import Space
 from fem_models.spatial.rig import SpatialJoint, SpatialRig, SpatialTendon
 from fem_models.spatial.tables import (
     ARM,

@@ -14,10 +14,9 @@ from fem_models.joint.contact import ring_weight_N, tip_force_N, weight_N
 from fem_models.joint.flexure import elasticity
 from fem_models.rig import Rig
 from fem_models.rig.checks import require, require_in_range
-from fem_models.rig.in_space import KNOWN_EFFECTS, RigInSpace
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
+from fem_models.rig.layout import KNOWN_EFFECTS, Space, Weight
 from fem_models.rig.rig import EFFECT_TABLES, Friction, Material, Tendon, with_joint
-from fem_models.rig.space_tables import Space, Weight
 from fem_models.spatial.stiffness import NotchStiffness, notch_stiffness
 from hysteresis.arrays import Floats
 
@@ -186,19 +185,21 @@ def spatial_rig(
     )
 
 
-def of_rig_in_space(rig: RigInSpace, stiffness: Sequence[NotchStiffness] | None = None) -> SpatialRig:
-    """Make the chain in space of a rig that a file describes; ``stiffness`` as in :func:`spatial_rig`.
+def of_rig_in_space(rig: Rig, stiffness: Sequence[NotchStiffness] | None = None) -> SpatialRig:
+    """Make the chain in space of a rig; ``stiffness`` as in :func:`spatial_rig`.
 
     Raises
     ------
     RigError
         As :func:`spatial_rig`.
     """
-    planar = spatial_rig(rig.rig, turns_deg=rig.turns_deg, stiffness=stiffness)
+    planar = spatial_rig(rig.in_plane, turns_deg=rig.turns_deg, stiffness=stiffness)
     tendons = tuple(SpatialTendon(*one) for one in zip(rig.tendons, rig.angles_deg, strict=True))
-    loads = planar.loads
-    force = _sum(_sum(loads.tip_N, rig.tip_force_N), _weight_N(rig.tip))
-    return replace(planar, tendons=tendons, loads=DeadLoads(_sum(loads.ring_weight_N, _weight_N(rig.ring)), force))
+    loads, layout = planar.loads, rig.layout
+    if layout is not None:
+        force = _sum(_sum(loads.tip_N, layout.tip_force_N), _weight_N(layout.tip))
+        loads = DeadLoads(_sum(loads.ring_weight_N, _weight_N(layout.ring)), force)
+    return replace(planar, tendons=tendons, loads=loads)
 
 
 def _weight_N(weight: Weight | None) -> Space:

@@ -67,10 +67,8 @@ def bent_mesh(joint: QuarterJoint, bent: BentJoint, mesh: MeshTet2) -> meshio.Me
     return meshio.Mesh(np.ascontiguousarray(mesh.doflocs.T), [("tetra10", cells(mesh))], point_data=data)
 
 
-def draw_strain(
-    solid: Solid, field_mm: Floats, path: Path, *, limit: float, window: tuple[int, int] = (1800, 800)
-) -> None:
-    """Draw mesh, and the bent shape in its true size coloured by equivalent strain, into a PNG.
+def draw_mesh(mesh: meshio.Mesh, path: Path, *, limit: float, window: tuple[int, int] = (1800, 800)) -> None:
+    """Draw a mesh of :func:`as_meshio` or :func:`bent_mesh`, coloured by equivalent strain, into a PNG.
 
     Metal beyond ``limit`` (a strain, as of :func:`fem_models.solid.strain.superelastic_limit`) is drawn in another
     colour. A child process draws: VTK may abort the whole process without OpenGL.
@@ -82,11 +80,6 @@ def draw_strain(
     MissingError
         A library of the extra ``view`` is missing.
     """
-    draw_mesh(as_meshio(solid, field_mm), path, limit=limit, window=window)
-
-
-def draw_mesh(mesh: meshio.Mesh, path: Path, *, limit: float, window: tuple[int, int] = (1800, 800)) -> None:
-    """Draw a mesh of :func:`as_meshio` or :func:`bent_mesh`; the rest as :func:`draw_strain`."""
     require_extra("view", PURPOSE)
     spawn = multiprocessing.get_context("spawn")
     with _staged(path) as half, ProcessPoolExecutor(1, spawn, _headless, (TIME_LIMIT_S,)) as child:

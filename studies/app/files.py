@@ -15,7 +15,6 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from fem_models.rig import Rig
-from fem_models.rig.in_space import RigInSpace
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.record_file import read_record, write_record
 from hysteresis.records.sidecar import toml
@@ -25,14 +24,13 @@ MOST_BYTES = 20_000_000
 """Largest file that is opened in the page: some 300,000 samples."""
 
 
-def rig_text(rig: Rig | RigInSpace) -> str:
+def rig_text(rig: Rig) -> str:
     """Write a rig as a rig file, TOML."""
-    tables = dict(rig.to_dict())
-    has_tendons = isinstance(rig, RigInSpace) or rig.tendon_b is not None
-    return toml(tables if has_tendons else {"tendons": 1, **tables})
+    one = rig.is_planar and rig.tendon_b is None
+    return toml({"tendons": 1, **rig.to_dict()} if one else rig.to_dict())
 
 
-def record_files(records: Mapping[str, Record], rig: Rig | RigInSpace) -> bytes:
+def record_files(records: Mapping[str, Record], rig: Rig) -> bytes:
     """Write records, their sidecars and the rig that the sidecars name, as a ZIP file of one folder.
 
     ``records`` are given by the endings of their names.

@@ -18,7 +18,6 @@ from typing import Any
 
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
-from fem_models.rig.in_space import RigInSpace
 from fem_models.rig.rig import Tendon
 from fem_models.view import SceneError
 from hysteresis.plain import to_plain
@@ -26,10 +25,10 @@ from hysteresis.records.record import Record, RecordError
 from studies.app.advice import in_words
 from studies.app.files import opened_record, record_files, rig_text
 from studies.app.guard import HOST, Guard
-from studies.app.in_space import AnswerInSpace, answer_in_space
 from studies.app.loop_svg import plot_svg
 from studies.app.playground import Answer, Slider, answer, sliders
 from studies.app.scene import TOP_STRAIN_PERCENT
+from studies.app.wrist import wrist_answer
 from studies.engines import MissingError
 from studies.results.files import file_stem
 
@@ -50,7 +49,7 @@ class ServeError(MissingError):
 
 
 def serve(
-    rig: Rig | RigInSpace, amplitude_mm: float, *, port: int, browser: bool, measured: Record | None = None,
+    rig: Rig, amplitude_mm: float, *, port: int, browser: bool, measured: Record | None = None,
     ready: Callable[[str], None] = lambda address: None,
 ) -> None:  # fmt: skip
     """Serve the page of a rig until it is interrupted; ``ready`` is called with the address to open.
@@ -95,12 +94,12 @@ def serve(
         server.start(port=port, host=HOST, timeout=0, **quiet)
 
 
-def sliders_of(rig: Rig | RigInSpace, amplitude_mm: float) -> tuple[Slider, ...]:
+def sliders_of(rig: Rig, amplitude_mm: float) -> tuple[Slider, ...]:
     """Give the sliders of a rig, of one plane or in space: those of its tube, tendons and friction."""
-    return sliders(rig if isinstance(rig, Rig) else rig.rig, amplitude_mm)
+    return sliders(rig.in_plane, amplitude_mm)
 
 
-def answer_of(rig: Rig | RigInSpace, values: Mapping[str, float]) -> Answer | AnswerInSpace:
+def answer_of(rig: Rig, values: Mapping[str, float]) -> Answer:
     """Run the rig with the values of the sliders.
 
     Raises
@@ -108,7 +107,7 @@ def answer_of(rig: Rig | RigInSpace, values: Mapping[str, float]) -> Answer | An
     RigError, SolverError
         A rig that is not possible, or cannot follow the drive; one line.
     """
-    return answer(rig, values) if isinstance(rig, Rig) else answer_in_space(rig, values)
+    return answer(rig, values) if rig.is_planar else wrist_answer(rig, values)
 
 
 def _require_free(port: int) -> None:
@@ -124,12 +123,12 @@ def _require_free(port: int) -> None:
 class Page:
     """The page of one rig: the values of its sliders, the answer that it shows, and a measured record beside it."""
 
-    def __init__(self, server: Any, rig: Rig | RigInSpace, amplitude_mm: float, first: Answer | AnswerInSpace) -> None:
+    def __init__(self, server: Any, rig: Rig, amplitude_mm: float, first: Answer) -> None:
         self.server, self.state, self.rig, self.first, self.found = server, server.state, rig, first, first
         self.sliders = sliders_of(rig, amplitude_mm)
         self.start = {slider.name: slider.start for slider in self.sliders}
         self.view: Any = None
-        self.size_mm = first.length_mm
+        self.size_mm = first.rig.length_mm
         self.measured: Record | None = None
         self.wanted: dict[str, float] = {}
         self.task: asyncio.Task[None] | None = None
@@ -143,7 +142,7 @@ class Page:
             self.state[slider.key] = slider.start
         self.show(first)
 
-    def show(self, found: Answer | AnswerInSpace) -> None:
+    def show(self, found: Answer) -> None:
         """Show an answer on the page."""
         self.found = found
         with self.state:
@@ -152,8 +151,8 @@ class Page:
             self.state.warnings = list(found.warnings)
             self.state.tube = to_plain(found.mesh)
             self._draw()
-        if self.view is not None and abs(found.length_mm / self.size_mm - 1.0) > REFIT:
-            self.size_mm = found.length_mm
+        if self.view is not None and abs(found.rig.length_mm / self.size_mm - 1.0) > REFIT:
+            self.size_mm = found.rig.length_mm
             # the browser has to have the new tube before it fits the view to it
             asyncio.get_running_loop().call_later(REFIT_AFTER_S, self.view.reset_camera)
 
@@ -223,7 +222,7 @@ class Page:
             client.ClientTriggers(mounted=f"backdrop = {dark} ? {list(DARK)} : {list(LIGHT)}")
             with html.Header():
                 html.H1("{{ rig_name }}")
-                html.P(WORDS[isinstance(self.rig, RigInSpace)], classes="soft")
+                html.P(WORDS[not self.rig.is_planar], classes="soft")
             with html.Section(classes="controls", raw_attrs=['aria-label="Sliders"']):
                 for slider in self.sliders:
                     self._slider(html, slider)
@@ -233,7 +232,7 @@ class Page:
                 self._words(html)
                 with html.Div(classes="views"):
                     with html.Div(classes="loops"):
-                        self._legend(html, in_space=isinstance(self.rig, RigInSpace))
+                        self._legend(html, in_space=not self.rig.is_planar)
                         html.Div(
                             v_for="(chart, i) in charts",
                             key=("i",),

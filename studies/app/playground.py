@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,18 +14,15 @@ from fem_models.rig.checks import SolverError
 from fem_models.rig.joints import NotchedTube
 from fem_models.rig.rig import with_number
 from fem_models.view.manipulator import tendon_lines
-from hysteresis.arrays import Floats, Ints
+from hysteresis.arrays import Ints
 from hysteresis.records.metrics import loop_width
 from hysteresis.records.record import Record
 from studies.app.advice import warnings_of
 from studies.app.loop_svg import Curves, Plot, less_backbone
 from studies.app.scene import MeshState, mesh_of
 from studies.report.tube import coarse_surface
+from studies.report.wrist_plots import in_plane
 from validation.separation import loop_program
-
-if TYPE_CHECKING:
-    import pyvista as pv
-
 
 AMPLITUDE = "amplitude_mm"
 SHALLOWEST = 0.25
@@ -63,46 +59,35 @@ class Slider:
 class Answer:
     """What follows from the sliders.
 
-    ``drive_mm``, ``angle_deg`` of shape (m,): the closed cycle of ``record``; ``figures``: words and values with units;
-    ``tube``: the surface at the largest angle, with ``strain_percent`` at its points; ``tendons_mm``: a line of shape
-    (k, 3) each.
+    ``records`` are those that are saved, by the endings of their names; ``figures``: words and values with units;
+    ``mesh``: the tube and its tendons for the browser. ``directions_deg`` of a rig in space are those of the planes of
+    its loops, from y towards z.
     """
 
     rig: Rig
-    record: Record
-    drive_mm: Floats
-    angle_deg: Floats
+    records: Mapping[str, Record]
     figures: tuple[tuple[str, str], ...]
     warnings: tuple[str, ...]
-    tube: pv.PolyData
-    tendons_mm: Mapping[str, Floats]
-
-    @property
-    def records(self) -> dict[str, Record]:
-        """The record that is saved, under the ending of its name."""
-        return {"": self.record}
-
-    @property
-    def plots(self) -> tuple[Plot, ...]:
-        """The closed cycle, and the loop less its backbone."""
-        return (
-            Plot("whole", "bending angle, deg", (self.drive_mm, self.angle_deg)),
-            Plot("bare", "angle less its backbone, deg", less_backbone(self.record)),
-        )
-
-    @property
-    def mesh(self) -> MeshState:
-        """The tube and its tendons for the browser."""
-        return mesh_of(self.tube, self.tendons_mm, outer_mm(self.rig))
-
-    @property
-    def length_mm(self) -> float:
-        """Length of the straight tube."""
-        return self.rig.length_mm
+    plots: tuple[Plot, ...]
+    mesh: MeshState
+    directions_deg: tuple[float, ...] = ()
 
     def beside(self, measured: Record) -> tuple[Curves | None, ...]:
-        """Give the curves of a measured record, one for each plot."""
-        return (measured.drive, measured.angle_deg), less_backbone(measured)
+        """Give the curves of a measured record, one for each plot.
+
+        Of a rig in space: the loop of a wheel that moves alone, and the tip.
+        """
+        if self.rig.is_planar:
+            return (measured.drive, measured.angle_deg), less_backbone(measured)
+        drives = (measured.drive, measured.drive_2, measured.drive_3, measured.drive_4)
+        moving = [k for k, drive in enumerate(drives) if drive is not None and np.ptp(drive) > 0]
+        out: list[Curves | None] = [None, None] * len(self.directions_deg)
+        alone = moving[0] if len(moving) == 1 and measured.angle_2_deg is not None else len(drives)
+        if alone < len(self.directions_deg) and (drive := drives[alone]) is not None:
+            one = replace(in_plane(measured, self.directions_deg[alone]), drive=drive)
+            out[2 * alone : 2 * alone + 2] = [(one.drive, one.angle_deg), less_backbone(one)]
+        tip = measured.tip_mm
+        return (*out, None if tip is None or tip.shape[1] < 3 else (tip[:, 1], tip[:, 2]))
 
 
 def sliders(rig: Rig, amplitude_mm: float) -> tuple[Slider, ...]:
@@ -200,11 +185,18 @@ def answer(rig: Rig, values: Mapping[str, float]) -> Answer:
     bent = record.notches_deg[int(record.angle_deg.argmax())]
     return Answer(
         rig=moved,
-        record=record,
-        drive_mm=record.drive[closed],
-        angle_deg=record.angle_deg[closed],
+        records={"": record},
         figures=tuple(figures),
         warnings=tuple(warnings_of(moved, solution)),
-        tube=coarse_surface(moved, bent),
-        tendons_mm=tendon_lines(moved, bent),
+        plots=loop_plots(record, "bending angle, deg", "angle less its backbone, deg"),
+        mesh=mesh_of(coarse_surface(moved, bent), tendon_lines(moved, bent), outer_mm(moved)),
+    )
+
+
+def loop_plots(record: Record, whole: str, bare: str) -> tuple[Plot, Plot]:
+    """Chart the closed cycle of a record, and the same less its backbone; the labels of their angles."""
+    closed = closed_cycle(record)
+    return (
+        Plot("whole", whole, (record.drive[closed], record.angle_deg[closed])),
+        Plot("bare", bare, less_backbone(record)),
     )

@@ -116,7 +116,7 @@ COMMANDS: dict[str, Entry] = {
     ),
     "workspace": Entry(
         "Find what the tip of a rig in space reaches.",
-        "in_space.workspace:workspace_of_rig",
+        "commands.workspace:workspace_of_rig",
         ("notchbend workspace --preset zhang2026 --amplitude 1.2 --out results/workspace",),
     ),
     "import": Entry(

@@ -14,8 +14,6 @@ from pathlib import Path
 
 from fem_models.load import triangle
 from fem_models.rig import preset
-from fem_models.rig.presets import PRESETS
-from fem_models.rig.rig import numeric_fields
 from hysteresis.files import write_files
 from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.records.record import Record
@@ -24,6 +22,7 @@ from studies.bench_record import SHIPPED
 from studies.commands.identification import identify_records, write_fit
 from studies.commands.separation import separate_rig
 from studies.commands.tracing import FITS, PICTURES, trace_loaded, with_ending
+from studies.own_rig.design import numbers_of_preset
 from studies.own_rig.loops import draw_rig, write_loop
 from studies.own_rig.programs import CYCLES
 from studies.own_rig.strain import strain_of_record
@@ -34,7 +33,6 @@ from studies.results.run import (
     NOT_DRAWN,
     CrossCheckRow,
     FitEntry,
-    RigNumber,
     RunLoop,
     RunSummary,
     SeparationEntry,
@@ -108,7 +106,7 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True, made: Made 
         summary = RunSummary(
             seed=seed,
             versions=versions_found(),
-            rig=rig_numbers(PRESET),
+            rig=numbers_of_preset(PRESET),
             peak_strain_percent=strain.peak_strain_percent,
             loops=tuple(loops),
             crosscheck=tuple(checks),
@@ -163,15 +161,6 @@ def _identified(out: Path, records: dict[str, Record], seed: int, step: Steps) -
         write_fit(fit, [records[name]], out, f"identify-{label}")
         fits.append(FitEntry(label, name, records[name].title))
     return fits
-
-
-def rig_numbers(name: str) -> tuple[RigNumber, ...]:
-    """Give every number of a preset with its source."""
-    known = PRESETS[name]
-    return tuple(
-        RigNumber(field, value, known.sources[field].kind, known.sources[field].note)
-        for field, value in numeric_fields(known.rig).items()
-    )
 
 
 def _separated(out: Path, preload_N: float, seed: int) -> SeparationEntry:

@@ -16,9 +16,9 @@ import functools
 import inspect
 import json
 from collections.abc import Callable, Iterable
-from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass, replace
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 from rich.console import Console
@@ -28,15 +28,16 @@ from fem_models.load import LoadProgram, sine, triangle
 from fem_models.rig import Rig, RigError, ensemble, preset, read_rig
 from fem_models.rig.ensemble import PRESET_READING, other_reading
 from fem_models.rig.presets import NAMES_IN_SPACE, PRESETS
+from fem_models.rig.presets_in_space import any_preset
+from fem_models.rig.rig_file import read_any_rig
 from hysteresis.arrays import Floats
 from hysteresis.files import require_place
 from hysteresis.own import foreign, marked_values
 from hysteresis.plain import to_plain
 from hysteresis.records.record import RecordError
-from studies.engines import forces_of_file, program_of_file
+from studies.programs import forces_of_file, program_of_file, wheels_of_file
 
 if TYPE_CHECKING:
-    from fem_models.rig.in_space import RigInSpace
     from fem_models.spatial.drives import WheelProgram
     from studies.report.page import Written
 
@@ -188,22 +189,16 @@ class RigChoice:
     ] = None
 
     def read(self) -> Rig:
-        """Give the rig.
+        """Give the rig, of one plane.
 
         Raises
         ------
         RigError
-            Neither a preset nor a file, or both; a rig that cannot be read.
+            Neither a preset nor a file, or both; a rig that cannot be read, or that bends in space.
         """
-        if (self.preset is None) == (self.rig is None):
-            raise RigError("expected either --preset or --rig")
-        if self.preset is not None:
-            return possible(preset(self.preset, preload_N=self.preload))
-        assert self.rig is not None
-        rig = read_rig(self.rig)
-        return possible(rig if self.preload is None else replace(rig, preload_N=self.preload))
+        return self._read(preset, read_rig)
 
-    def read_any(self) -> Rig | RigInSpace:
+    def read_any(self) -> Rig:
         """Give the rig, of one plane or in space.
 
         Raises
@@ -211,24 +206,18 @@ class RigChoice:
         RigError
             As :meth:`read`.
         """
-        from fem_models.rig.in_space import read_any_rig
-        from fem_models.rig.presets_in_space import any_preset
+        return self._read(any_preset, read_any_rig)
 
-        if self.preset is not None and self.rig is None:
-            return possible(any_preset(self.preset, preload_N=self.preload))
-        if self.preset is not None or self.rig is None:
-            return self.read()
-        rig = read_any_rig(self.rig)
-        if self.preload is None:
-            return possible(rig)
-        changed = replace(rig, preload_N=self.preload) if isinstance(rig, Rig) else rig.with_preload(self.preload)
-        return possible(changed)
+    def _read(self, of_preset: Callable[..., Rig], of_file: Callable[[Path], Rig]) -> Rig:
+        if (self.preset is None) == (self.rig is None):
+            raise RigError("expected either --preset or --rig")
+        if self.preset is not None:
+            return possible(of_preset(self.preset, preload_N=self.preload))
+        assert self.rig is not None
+        return possible(of_file(self.rig).with_preload(self.preload))
 
 
-AnyRig = TypeVar("AnyRig", Rig, "RigInSpace", "Rig | RigInSpace")
-
-
-def possible(rig: AnyRig) -> AnyRig:
+def possible(rig: Rig) -> Rig:
     """Give a rig, but for one whose preload breaks a tendon or buckles the tube.
 
     What a preload of a single tendon does depends on the program: a tendon force takes its place. The engines check it.
@@ -241,8 +230,8 @@ def possible(rig: AnyRig) -> AnyRig:
     from fem_models.joint import joint_row
     from fem_models.joint.possible import require_possible, require_strain
 
-    require_strain(rig if isinstance(rig, Rig) else rig.rig)
-    if isinstance(rig, Rig) and rig.tendon_b is not None:
+    require_strain(rig.in_plane)
+    if rig.is_planar and rig.tendon_b is not None:
         require_possible(rig, joint_row(rig))
     return rig
 
@@ -343,7 +332,7 @@ class ProgramChoice:
             )
         return sine(self.amplitude, self.rate, cycles=cycles)
 
-    def in_space(self, rig: RigInSpace) -> WheelProgram:
+    def in_space(self, rig: Rig) -> WheelProgram:
         """Read or make the program of a rig in space: a planar program moves the first wheel.
 
         Raises
@@ -352,7 +341,6 @@ class ProgramChoice:
             As :meth:`read`; a circle of a rig that has not two wheels.
         """
         from fem_models.spatial.drives import circle, first_wheel, round_axes
-        from studies.in_space.programs import wheels_of_file
 
         if self.program is not None:
             self._require_alone(self.program)

@@ -305,7 +305,7 @@ def compensate(
     Of a rig in space, from its file: the motion of both wheels, with the chain in space as the model.
     """
     if record.suffix.lower() == ".toml":
-        from studies.in_space.compensation import compensate_rig
+        from studies.commands.wrist_compensation import compensate_rig
 
         compensate_rig(record, reference, out, replacing, common)
         return

@@ -15,7 +15,6 @@ from rich.table import Table
 from fem_models.joint.contact import require_unfolded
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
-from fem_models.rig.in_space import RigInSpace
 from hysteresis.arrays import Floats
 from hysteresis.files import write_files
 from hysteresis.own import MAKER
@@ -40,6 +39,7 @@ from studies.engines import (
     simulate_by_force,
     simulate_counted,
     simulate_in_time,
+    simulate_wheels,
     solver_of,
 )
 from studies.own_rig.choice import OwnRigChoice, design_lines
@@ -51,10 +51,9 @@ from studies.own_rig.usual import unusual
 from studies.progress import Count, counted, status
 from studies.results import write_result
 from studies.results.made import made_now
-from studies.results.run import loop_summary
+from studies.results.run import loop_summary, space_summary
 
 if TYPE_CHECKING:
-    from studies.in_space.design_report import WristDesign
     from studies.report.page import Written
 
 PRESET = "du2018"
@@ -77,13 +76,20 @@ def run(
     path of the tip, its compliance, and the workspace.
     """
     rig = own.read() if own.is_given(records or []) else None
-    if isinstance(rig, RigInSpace):
-        _run_in_space(own.design_in_space(rig, records or []), out, replacing, common)
-        return
-    require_exudyn()
     from studies.report.page import try_report
 
     made = made_now(common.command)
+    if rig is not None and not rig.is_planar:
+        from studies.own_rig.wrist_report import files_of_wrist, wrist_report
+
+        design, _ = own.design(rig, records or [])
+        replacing.allow(files_of_wrist(out, design))
+        wrist = wrist_report(design, out, made=made, progress=common.shows_progress)
+        written = try_report(out)
+        notes = [f"note: {words}" for words in wrist.notes]
+        common.show_with_page(wrist, written, *_verdicts(written), *notes, *_todo(written))
+        return
+    require_exudyn()
     if rig is not None:
         from studies.own_rig.design_report import design_report, files_of_design
 
@@ -100,8 +106,12 @@ def run(
         replacing.allow(files_of_run(out))
         summary = first_report(out, seed=common.seed, progress=common.shows_progress, made=made)
         written = try_report(out)
-        shown = [*verdict_lines(written.page.verdicts if written.page else ())]
+        shown = [*_verdicts(written)]
     common.show_with_page(summary, written, *shown)
+
+
+def _verdicts(written: Written) -> list[str]:
+    return verdict_lines(written.page.verdicts if written.page else ())
 
 
 def _todo(written: Written) -> list[str]:
@@ -109,19 +119,6 @@ def _todo(written: Written) -> list[str]:
     if written.page is None:
         return []
     return ["What to do next:", *(f"{i}. {words}" for i, words in enumerate(written.page.advice, start=1))]
-
-
-def _run_in_space(design: WristDesign, out: Path, replacing: Overwrite, common: Common) -> None:
-    """Write the report of a rig in space."""
-    from studies.in_space.design_report import files_of_wrist, wrist_report
-    from studies.report.page import try_report
-
-    replacing.allow(files_of_wrist(out, design))
-    summary = wrist_report(design, out, made=made_now(common.command), progress=common.shows_progress)
-    written = try_report(out)
-    notes = [f"note: {words}" for words in summary.notes]
-    verdicts = verdict_lines(written.page.verdicts if written.page else ())
-    common.show_with_page(summary, written, *verdicts, *notes, *_todo(written))
 
 
 RecordOut = Annotated[Path, typer.Option("--out", help="The record to write, CSV, with a sidecar of the same stem.")]
@@ -152,7 +149,7 @@ def simulate(
     bands = out.with_name(f"{out.stem}-ensemble.csv")
     replacing.allow([*files_of_record(out), *([bands] if over.ensemble else [])])
     chosen = rig.read_any()
-    if not isinstance(chosen, Rig):
+    if not chosen.is_planar:
         _simulate_in_space(chosen, rig, program, engine, over, dynamic=dynamic, out=out, common=common)
         return
     engine = engine or "multibody"
@@ -233,7 +230,7 @@ def _of_file(record: Record, rig: RigChoice, preload_N: float) -> Record:
 
 
 def _simulate_in_space(
-    chosen: RigInSpace,
+    chosen: Rig,
     rig: RigChoice,
     program: ProgramChoice,
     engine: EngineName | None,
@@ -243,14 +240,12 @@ def _simulate_in_space(
     out: Path,
     common: Common,
 ) -> None:
-    from studies.in_space.simulation import simulate_any, summary_of
-
     over.require_off(f"rig {chosen.name}, which bends in space")
     load = program.in_space(chosen)
     with status(common.shows_progress, f"simulating {chosen.name} in space"):
-        record = simulate_any(chosen, load, engine, dynamic)
+        record = simulate_wheels(chosen, load, engine, dynamic=dynamic)
     write_record(_of_file(record, rig, chosen.preload_N), out)
-    summary = to_plain(summary_of(record), finite=False)
+    summary = to_plain(space_summary(record), finite=False)
     remarks = jump_lines(record)
     if load.time_s is not None:
         remarks.append("quasi-static: the rate sets the times only")
@@ -258,9 +253,7 @@ def _simulate_in_space(
 
 
 def _rate_matters(rig: Rig, engine: EngineName, dynamic: bool) -> bool:
-    heats = rig.superelastic is not None and rig.superelastic.heating_time_s is not None
-    by_rate = heats or any(part is not None for part in (rig.creep, rig.drag, rig.stribeck))
-    return dynamic or engine not in QUASI_STATIC or by_rate
+    return dynamic or engine not in QUASI_STATIC or rig.depends_on_rate
 
 
 def _simulate(
@@ -336,10 +329,10 @@ def validate(
     Of a rig in space: the six stiffnesses of every notch from section and solid, and the wrist bent with either.
     """
     chosen = RigChoice(rig.preset or (None if rig.rig else PRESET), rig.rig, rig.preload).read_any()
-    if isinstance(chosen, RigInSpace):
+    if not chosen.is_planar:
         require_exudyn()
         require_gmsh()
-        from studies.in_space.comparison import validate_in_space
+        from studies.commands.wrist_comparison import validate_in_space
 
         validate_in_space(chosen, amplitude, out, replacing, common)
         return

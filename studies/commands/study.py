@@ -10,7 +10,6 @@ from typing import Annotated
 
 import typer
 
-from fem_models.rig import Rig
 from fem_models.rig.checks import require
 from hysteresis.extras import require_extra
 from studies.commands.options import Common, EnsembleChoice, Out, Output, Overwrite, RigChoice, tell_other_reading
@@ -149,7 +148,7 @@ def serve_app(
         require(amplitude > 0, "--amplitude", amplitude, "above 0")
     chosen = RigChoice(rig.preset or (None if rig.rig else PRESET), rig.rig, rig.preload).read_any()
     if amplitude is None:
-        amplitude = AMPLITUDE_MM if isinstance(chosen, Rig) else drive_to_angle_mm(chosen.rig)
+        amplitude = AMPLITUDE_MM if chosen.is_planar else drive_to_angle_mm(chosen.in_plane)
     measured = None if record is None else shown(read_record(record), str(record))
 
     def ready(address: str) -> None:

@@ -10,7 +10,6 @@ from typing import Annotated, Any
 import typer
 
 from fem_models.rig import Rig, RigError
-from fem_models.rig.in_space import RigInSpace
 from hysteresis.files import RecordError, write_files
 from hysteresis.messages import one_line
 from studies.commands.options import Common, Overwrite, RigChoice
@@ -67,7 +66,7 @@ def import_rig(
 _SHOWN = ("tube", "notch", "bench")
 
 
-def _read(source: Path, base: Rig | RigInSpace, reading: ReadingChoice) -> tuple[Rig | RigInSpace, list[str]]:
+def _read(source: Path, base: Rig, reading: ReadingChoice) -> tuple[Rig, list[str]]:
     how = Reading(reading.unit, reading.layer, reading.kerf, reading.beam)
     kind = source.suffix.lower()
     if kind == ".dxf":
@@ -87,7 +86,7 @@ def _read(source: Path, base: Rig | RigInSpace, reading: ReadingChoice) -> tuple
     raise RigError(f"{source}: expected a drawing, .dxf, a table of notches, .csv, or a curve of a joint, .csv or .vtu")
 
 
-def _lines(made: Rig | RigInSpace) -> list[str]:
+def _lines(made: Rig) -> list[str]:
     """Give the table of the notches for a terminal."""
     tables: Mapping[str, Any] = made.to_dict()
     notch: Mapping[str, object] = tables["notch"]

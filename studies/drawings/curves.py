@@ -13,7 +13,6 @@ import numpy as np
 from fem_models.joint import joint_mechanics
 from fem_models.joint.law_of_curve import CurveLaw, law_of_curve
 from fem_models.rig import Rig, RigError
-from fem_models.rig.in_space import RigInSpace
 from fem_models.rig.rig import Tendon
 from hysteresis.arrays import Floats
 from hysteresis.files import RecordError
@@ -27,7 +26,7 @@ REACTIONS: Final = ("reaction_N", "reaction", "RF", "FORC")
 """Names of point data of a finite element model: displacement, mm, and reaction force, N, of every node."""
 
 
-def rig_of_curve(path: Path, base: Rig | RigInSpace) -> tuple[Rig, CurveLaw]:
+def rig_of_curve(path: Path, base: Rig) -> tuple[Rig, CurveLaw]:
     """Give a rig joints that have the curve of a file.
 
     Number and pitch of the joints, and the arms of the tendons about the neutral axis, are those of the base.
@@ -37,7 +36,7 @@ def rig_of_curve(path: Path, base: Rig | RigInSpace) -> tuple[Rig, CurveLaw]:
     RigError
         One line: a file without angle and moment, a base in space, a curve that no law follows.
     """
-    if isinstance(base, RigInSpace):
+    if not base.is_planar:
         raise RigError(f"{path}: rig {base.name} bends in space: expected a planar rig, whose joints may have a law")
     angle, moment = curve_of_vtu(path) if path.suffix.lower() == ".vtu" else curve_of_csv(path)
     law = law_of_curve(angle, moment, str(path))

@@ -12,10 +12,9 @@ from typing import Any
 
 from fem_models.drawings.beam import Beam
 from fem_models.rig import Rig, RigError
-from fem_models.rig.in_space import RigInSpace, rig_in_space
-from fem_models.rig.joints import NOTCH_SHAPES, NotchedTube, Tube
+from fem_models.rig.joints import NOTCH_SHAPES, Tube
 from fem_models.rig.rig import notched_tube
-from fem_models.rig.rig_file import notch_of_rows, rig_and_space
+from fem_models.rig.rig_file import any_rig_of_tables, notch_of_rows
 from hysteresis.files import RecordError, read_text
 from hysteresis.messages import as_given, listed, quoted
 from hysteresis.own import MAKER
@@ -35,7 +34,7 @@ class Reading:
     beam: str | None = None
 
 
-def rig_of_drawing(path: Path, base: Rig | RigInSpace, how: Reading) -> Rig | RigInSpace:
+def rig_of_drawing(path: Path, base: Rig, how: Reading) -> Rig:
     """Give a rig the notches of a flat pattern, DXF; the tube is that of the drawing's header, if it says one.
 
     Raises
@@ -62,7 +61,7 @@ def rig_of_drawing(path: Path, base: Rig | RigInSpace, how: Reading) -> Rig | Ri
     return with_notches(base, tube, notch_table(sheet, tube, str(path), kerf_mm=kerf, beam=beam), path)
 
 
-def rig_of_table(path: Path, base: Rig | RigInSpace) -> Rig | RigInSpace:
+def rig_of_table(path: Path, base: Rig) -> Rig:
     """Give a rig the notches of a CSV table, one row a notch from the base.
 
     Columns ``depth_mm``, ``width_mm`` and either ``spacing_mm`` or ``middle_mm``, the place along the tube; of a V
@@ -74,7 +73,7 @@ def rig_of_table(path: Path, base: Rig | RigInSpace) -> Rig | RigInSpace:
         One line with file, row, column and what was expected.
     """
     rows = read_rows(path)
-    tube, base_notch = _tube(base, path), notched_tube(base.rig if isinstance(base, RigInSpace) else base).notch
+    tube, base_notch = _tube(base, path), notched_tube(base).notch
     shape = rows[0].get("shape", base_notch.shape)
     if shape not in NOTCH_SHAPES:
         raise RigError(f"{path}: shape = {quoted(shape)}: expected one of {listed(NOTCH_SHAPES)}")
@@ -134,7 +133,7 @@ def _with_spacing(rows: list[dict[str, float]], path: Path) -> list[dict[str, fl
     ]
 
 
-def with_notches(base: Rig | RigInSpace, tube: Tube, notch: Mapping[str, Any], path: Path) -> Rig | RigInSpace:
+def with_notches(base: Rig, tube: Tube, notch: Mapping[str, Any], path: Path) -> Rig:
     """Give a rig another tube and other notches; ``notch`` is the table of a rig file, ``path`` for messages.
 
     Raises
@@ -145,22 +144,16 @@ def with_notches(base: Rig | RigInSpace, tube: Tube, notch: Mapping[str, Any], p
     tables: dict[str, Any] = base.to_dict()
     roots = {"rigid_roots": True} if tables.get("notch", {}).get("rigid_roots") else {}
     tables |= {"tube": vars(tube).copy(), "notch": {**notch, **roots}}
-    rig, keys = rig_and_space(tables, str(path), base.name)
-    if keys is None and not isinstance(base, RigInSpace):
-        return rig
+    return any_rig_of_tables(tables, str(path), base.name, in_space=not base.is_planar)
+
+
+def _tube(base: Rig, path: Path) -> Tube:
     try:
-        return rig_in_space(rig, keys)
+        return notched_tube(base).tube
     except RigError as error:
         raise RigError(f"{path}: {error}") from None
 
 
-def _tube(base: Rig | RigInSpace, path: Path) -> Tube:
-    joint = base.rig.joint if isinstance(base, RigInSpace) else base.joint
-    if not isinstance(joint, NotchedTube):
-        raise RigError(f"{path}: rig {base.name}: measured joints: expected [tube] and [notch]")
-    return joint.tube
-
-
-def rig_file(rig: Rig | RigInSpace, source: str) -> str:
+def rig_file(rig: Rig, source: str) -> str:
     """Write a rig file, TOML, that says what it was imported from."""
     return f"# made by {MAKER}\n# from {source}\n{toml(rig.to_dict())}"

@@ -9,7 +9,6 @@ from typing import Literal
 
 from fem_models.drawings.beam import BEAMS, Beam
 from fem_models.rig import Rig, RigError
-from fem_models.rig.in_space import RigInSpace
 from hysteresis.files import RecordError, write_files
 from hysteresis.messages import quoted
 from hysteresis.own import marked_pdf
@@ -43,9 +42,7 @@ class DrawingChoice:
         return next((one for one in BEAMS if one == self.beam), "plane")
 
 
-def drawing_files(
-    rig: Rig | RigInSpace, out: Path, to: Drawing, choice: DrawingChoice | None = None
-) -> dict[Path, str | bytes]:
+def drawing_files(rig: Rig, out: Path, to: Drawing, choice: DrawingChoice | None = None) -> dict[Path, str | bytes]:
     """Give the files of a drawing, by their paths.
 
     Raises
@@ -79,7 +76,7 @@ def require_ending(out: Path, to: Drawing) -> None:
         raise RecordError(f"{out}: expected a name that ends in {' or '.join(endings)}")
 
 
-def _content(rig: Rig | RigInSpace, to: Drawing, choice: DrawingChoice) -> str | bytes:
+def _content(rig: Rig, to: Drawing, choice: DrawingChoice) -> str | bytes:
     match to:
         case "dxf":
             from fem_models.drawings.dxf import pattern_dxf
@@ -104,7 +101,7 @@ def _content(rig: Rig | RigInSpace, to: Drawing, choice: DrawingChoice) -> str |
             return marked_pdf(side_view_pdf(rig))
 
 
-def write_drawing(rig: Rig | RigInSpace, out: Path, *, to: Drawing, choice: DrawingChoice | None = None) -> Path:
+def write_drawing(rig: Rig, out: Path, *, to: Drawing, choice: DrawingChoice | None = None) -> Path:
     """Write a drawing, and give its path; errors as :func:`drawing_files`."""
     write_files(drawing_files(rig, out, to, choice))
     return out

@@ -27,7 +27,7 @@ from hysteresis.messages import quoted
 from hysteresis.records import record_file
 from hysteresis.records.frame import RecordLike, as_record, is_frame
 from hysteresis.records.record import RecordError
-from studies.engines import ENGINES, EngineName
+from studies.engines import ENGINES, EngineName, simulate_wheels
 from studies.notebook.given import RigLike, as_any_rig, as_records, as_rig, is_rig_name
 from studies.notebook.results import Compensation, StudyResult
 from studies.notebook.script import require_guarded_script
@@ -35,7 +35,6 @@ from studies.notebook.script import require_guarded_script
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from fem_models.rig.in_space import RigInSpace
     from studies.calibrate import Calibration
     from studies.drawings import DrawingChoice
     from studies.drawings.written import Drawing
@@ -56,19 +55,21 @@ OF_EACH = replace(DEFAULTS, method="least-squares", forward=True)
 
 
 @checked
-def simulate(rig: RigLike, program: LoadProgram, engine: EngineName = "multibody") -> Record:
+def simulate(rig: RigLike, program: LoadProgram, engine: EngineName | None = None) -> Record:
     """Run a load program on a rig; the same as ``notchbend simulate``.
 
     Parameters
     ----------
     rig
-        A rig, the path of its file, or the name of a preset (``"du2018"``), of a manipulator in one plane. Its preload
-        is that of the file or the preset: ``nb.preset("du2018", preload_N=10.0)`` gives another.
+        A rig, the path of its file, or the name of a preset (``"du2018"``). Its preload is that of the file or the
+        preset: ``nb.preset("du2018", preload_N=10.0)`` gives another.
     program
         Drive of the wheel sample by sample, mm of tendon: ``nb.triangle``, ``nb.sine``, or
         ``nb.LoadProgram(drive_mm, time_s)``. Times, s, matter to rigs with creep, drag or other effects of the rate.
+        Of a rig in space it moves the first wheel.
     engine
-        ``"multibody"`` (Exudyn), ``"chain"`` (the same mechanics, compiled) or ``"analytic"`` (without friction).
+        ``"multibody"`` (Exudyn), ``"chain"`` (the same mechanics, compiled) or ``"analytic"`` (without friction, not
+        in space). By default multibody, in space chain.
 
     Returns
     -------
@@ -88,9 +89,14 @@ def simulate(rig: RigLike, program: LoadProgram, engine: EngineName = "multibody
     >>> round(record.loop_width_deg, 1)
     2.2
     """
-    if engine not in ENGINES:
+    if engine is not None and engine not in ENGINES:
         raise ValueError(f"engine = {quoted(engine)}: expected one of {', '.join(ENGINES)}")
-    return ENGINES[engine](as_rig(rig), program)
+    chosen = as_any_rig(rig)
+    if chosen.is_planar:
+        return ENGINES[engine or "multibody"](chosen, program)
+    from fem_models.spatial.drives import first_wheel
+
+    return simulate_wheels(chosen, first_wheel(program, chosen), engine)
 
 
 @checked
@@ -450,7 +456,7 @@ def study(
 
 @checked
 def export(
-    what: RigLike | RigInSpace | RecordLike | Fit,
+    what: RigLike | RecordLike | Fit,
     out: Path | str,
     *,
     to: Target | Drawing = "mujoco",
@@ -500,7 +506,7 @@ def export(
     if to == "dxf" or to == "step" or to == "stl" or to == "svg" or to == "pdf":
         from studies.drawings import write_drawing
 
-        rig = as_any_rig(cast("RigLike | RigInSpace", what), "what")
+        rig = as_any_rig(cast("RigLike", what), "what")
         return (write_drawing(rig, Path(out), to=to, choice=cutting),)
     if to == "mujoco":
         return write_model(as_rig(cast("RigLike", what), "what"), Path(out), to=to, amplitude_mm=amplitude_mm)

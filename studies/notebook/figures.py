@@ -15,16 +15,14 @@ from numpy.typing import ArrayLike
 
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig
-from fem_models.rig.in_space import RigInSpace
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
 from fem_models.view import SceneError
 from hysteresis import Fit, Record
 from hysteresis.arrays import Floats
 from hysteresis.messages import quoted
 from hysteresis.records.backbone import backbone_of, is_thin
-from studies.notebook.in_space import wrist_figure
 from studies.notebook.results import Compensation, StudyResult
-from studies.notebook.solid import NotebookFigure, shown_angles_deg, solid_figure
+from studies.notebook.solid import NotebookFigure, shown_angles_deg, solid_figure, wrist_figure
 from studies.report.charts import TONES, Chart, Line
 from studies.report.plots import ANGLE, LESS, Series, fit_plate, parts_plate
 from studies.report.still import STYLE, draw_chart, has_legend_above
@@ -51,7 +49,7 @@ def figure_of(what: object, view: View = "solid", joint_angles_deg: ArrayLike | 
     if not isinstance(view, str) or view not in get_args(View):
         raise ValueError(f"view = {quoted(view)}: expected one of {', '.join(get_args(View))}")
     match what:
-        case RigInSpace():
+        case Rig() if not what.is_planar:
             return wrist_figure(what, joint_angles_deg)
         case Rig() if view == "solid":
             return _solid_view(what, joint_angles_deg)

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from fem_models.rig import Rig, RigError, preset, read_rig
-from fem_models.rig.presets import PRESETS
+from fem_models.rig.presets import NAMES_IN_SPACE, PRESETS
+from fem_models.rig.presets_in_space import any_preset
+from fem_models.rig.rig import require_planar
+from fem_models.rig.rig_file import read_any_rig
 from hysteresis.messages import as_given, quoted
 from hysteresis.records.frame import RecordLike, as_record, is_frame
 from hysteresis.records.record import Record
 
-if TYPE_CHECKING:
-    from fem_models.rig.in_space import RigInSpace
-
+_NAMES = (*PRESETS, *NAMES_IN_SPACE)
 RigLike = Rig | Path | str
 """What a function that takes a rig takes: a rig, the path of its file (TOML), or the name of a preset."""
 
@@ -35,7 +35,7 @@ def as_records(what: RecordLike | Sequence[RecordLike], name: str = "records") -
 
 
 def as_rig(what: RigLike, name: str = "rig") -> Rig:
-    """Give a rig as it is, read it from its file, or take that of a preset.
+    """Give a rig of one plane as it is, read it from its file, or take that of a preset.
 
     Raises
     ------
@@ -47,13 +47,10 @@ def as_rig(what: RigLike, name: str = "rig") -> Rig:
     if isinstance(what, str) and not _is_file(what):
         _require_preset(what, name)
         return preset(what)
-    if isinstance(what, str | Path):
-        return read_rig(what)
-    _require_rig(what, name)
-    return what
+    return read_rig(what) if isinstance(what, str | Path) else require_planar(as_any_rig(what, name))
 
 
-def as_any_rig(what: RigLike | RigInSpace, name: str = "rig") -> Rig | RigInSpace:
+def as_any_rig(what: RigLike, name: str = "rig") -> Rig:
     """Give a rig as :func:`as_rig`, also one that bends in space.
 
     Raises
@@ -61,23 +58,19 @@ def as_any_rig(what: RigLike | RigInSpace, name: str = "rig") -> Rig | RigInSpac
     RigError, TypeError
         As :func:`as_rig`.
     """
-    from fem_models.rig.in_space import read_any_rig
-    from fem_models.rig.presets_in_space import any_preset
-
     if isinstance(what, str) and not _is_file(what):
         _require_preset(what, name)
         return any_preset(what)
     if isinstance(what, str | Path):
         return read_any_rig(Path(what))
-    _require_rig(what, name)
+    if not isinstance(what, Rig):
+        raise TypeError(f"{name} = {quoted(what, 40)}: expected a Rig, the path of a rig file, or the name of a preset")
     return what
 
 
 def is_rig_name(what: object) -> bool:
     """Tell whether a text or path is of a rig, not of a record: a rig file or the name of a preset."""
-    from fem_models.rig.presets import NAMES_IN_SPACE
-
-    if isinstance(what, str) and what in (*PRESETS, *NAMES_IN_SPACE):
+    if isinstance(what, str) and what in _NAMES:
         return True
     return isinstance(what, str | Path) and Path(what).suffix.lower() == ".toml"
 
@@ -87,15 +80,6 @@ def _is_file(text: str) -> bool:
 
 
 def _require_preset(what: str, name: str) -> None:
-    from fem_models.rig.presets import NAMES_IN_SPACE
-
-    if what not in (*PRESETS, *NAMES_IN_SPACE):
-        presets = ", ".join((*PRESETS, *NAMES_IN_SPACE))
-        raise RigError(f"{name} = {as_given(what)}: expected a preset ({presets}), or the path of a rig file, .toml")
-
-
-def _require_rig(what: object, name: str) -> None:
-    from fem_models.rig.in_space import RigInSpace
-
-    if not isinstance(what, Rig | RigInSpace):
-        raise TypeError(f"{name} = {quoted(what, 40)}: expected a Rig, the path of a rig file, or the name of a preset")
+    if what not in _NAMES:
+        expected = f"expected a preset ({', '.join(_NAMES)}), or the path of a rig file, .toml"
+        raise RigError(f"{name} = {as_given(what)}: {expected}")

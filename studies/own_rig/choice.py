@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -20,9 +20,7 @@ from studies.commands.options import ALL, possible, tell_other_reading
 from studies.results.run import RunSummary
 
 if TYPE_CHECKING:
-    from fem_models.rig.in_space import RigInSpace
-    from studies.in_space.design_report import WristDesign
-    from studies.own_rig.design_report import Design
+    from studies.own_rig.design import Design
 
 
 @dataclass(frozen=True)
@@ -59,7 +57,7 @@ class OwnRigChoice:
             raise RigError(f"{clash}: of which rig? expected --rig FILE or --preset NAME beside it")
         return False
 
-    def read(self) -> Rig | RigInSpace:
+    def read(self) -> Rig:
         """Read the rig, of one plane or in space.
 
         Raises
@@ -67,8 +65,8 @@ class OwnRigChoice:
         RigError
             Both a file and a preset, options that exclude each other, an impossible rig.
         """
-        from fem_models.rig.in_space import read_any_rig
         from fem_models.rig.presets_in_space import any_preset
+        from fem_models.rig.rig_file import read_any_rig
 
         if self.rig is not None and self.preset is not None:
             raise RigError(f"--rig {self.rig} and --preset {self.preset}: expected one of the two")
@@ -82,40 +80,19 @@ class OwnRigChoice:
             require(self.amplitude > 0, "--amplitude", self.amplitude, "above 0")
         return read_any_rig(self.rig) if self.rig is not None else any_preset(self.preset or "")
 
-    def design_in_space(self, rig: RigInSpace, paths: Sequence[Path]) -> WristDesign:
-        """Take the rig to each preload.
-
-        Raises
-        ------
-        RigError
-            Records or --ensemble, which the report of a rig in space has not; an impossible preload.
-        """
-        from studies.in_space.design_report import WristDesign
-        from studies.own_rig.strain import drive_to_angle_mm
-
-        if paths:
-            found = f"{paths[0]}: rig {rig.name} bends in space, and its report takes no records"
-            raise RigError(f"{found}: expected none, or notchbend trace, which takes them")
-        if self.ensemble:
-            raise RigError(f"--ensemble with rig {rig.name}, which bends in space: expected --preset of a planar rig")
-        return WristDesign(
-            name=rig.name,
-            option=self.option(),
-            file=self.rig,
-            rigs=tuple(possible(rig.with_preload(value)) for value in self.preload or [rig.preload_N]),
-            amplitude_mm=self.amplitude or drive_to_angle_mm(rig.rig),
-        )
-
     def design(self, rig: Rig, paths: Sequence[Path]) -> tuple[Design, list[Record]]:
         """Take the rig to each preload, and read the records.
 
         Raises
         ------
         RigError, RecordError
-            An impossible preload, a record that cannot be read or that is of another rig.
+            An impossible preload, a record that cannot be read or that is of another rig; records or --ensemble of a
+            rig in space, whose report has neither.
         """
-        from studies.own_rig.design_report import Design, amplitude_of
+        from studies.own_rig.design import Design, amplitude_of
 
+        if not rig.is_planar:
+            self._require_neither(rig, paths)
         records = [thinned(one) for one in read_records(paths)]
         preloads = self.preload or _preloads(rig, records)
         _require_same_rig(rig, records, self.option())
@@ -124,13 +101,21 @@ class OwnRigChoice:
         design = Design(
             name=self.preset if self.rig is None and self.preset else rig.name,
             option=self.option(),
-            rigs=tuple(possible(replace(rig, preload_N=value)) for value in preloads),
+            rigs=tuple(possible(rig.with_preload(value)) for value in preloads),
             amplitude_mm=self.amplitude or amplitude_of(rig, records),
             preset=self.preset,
             file=self.rig,
             members=ensemble(self.preset) if self.ensemble and self.preset else (),
         )
         return design, records
+
+    def _require_neither(self, rig: Rig, paths: Sequence[Path]) -> None:
+        """Refuse records and --ensemble with a rig in space."""
+        if paths:
+            found = f"{paths[0]}: rig {rig.name} bends in space, and its report takes no records"
+            raise RigError(f"{found}: expected none, or notchbend trace, which takes them")
+        if self.ensemble:
+            raise RigError(f"--ensemble with rig {rig.name}, which bends in space: expected --preset of a planar rig")
 
     def option(self) -> str:
         """Name the rig on a command line."""

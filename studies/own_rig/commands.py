@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from fem_models.rig import Rig, RigError
+from fem_models.rig import RigError
 from studies.commands.options import Common, RigChoice
 from studies.own_rig.columns import Reading
 from studies.own_rig.new_record import RecordRig, lines, new_record
@@ -125,7 +125,7 @@ def _rig_of(choice: RigChoice) -> RecordRig:
             raise RigError(f"--preload {choice.preload:g}: expected above 0")
         return RecordRig({} if choice.preload is None else {"preload_N": choice.preload}, None)
     any_rig = choice.read_any()
-    rig = any_rig if isinstance(any_rig, Rig) else None  # the analytic model of one plane says what the angle would be
-    preload_N = any_rig.preload_N if isinstance(any_rig, Rig) else any_rig.rig.preload_N
+    rig = any_rig if any_rig.is_planar else None  # the analytic model of one plane says what the angle would be
+    preload_N = any_rig.preload_N
     source: dict[str, Any] = {"preset": choice.preset} if choice.rig is None else {"file": str(choice.rig.absolute())}
     return RecordRig(source | ({"preload_N": preload_N} if preload_N > 0 else {}), rig)

@@ -16,12 +16,11 @@ import numpy as np
 from fem_models.chain import simulate_chain
 from fem_models.joint.law_of_curve import without_law
 from fem_models.load import LoadProgram
-from fem_models.rig import Rig, RigError, read_rig
+from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
 from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.of_record import rig_of
-from fem_models.rig.presets import PRESETS
-from fem_models.rig.rig import EFFECT_TABLES, numeric_fields
+from fem_models.rig.rig import EFFECT_TABLES
 from hysteresis.attempts import attempt
 from hysteresis.files import write_files
 from hysteresis.fitting.settings import IdentifySettings
@@ -30,19 +29,19 @@ from hysteresis.records.metrics import errors, loop_width, noise_floor
 from hysteresis.records.path import cycle_index
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.record_file import write_record
-from studies.commands.first_report import rig_numbers, versions_found
+from studies.commands.first_report import versions_found
 from studies.commands.identification import identify_records, write_fit
 from studies.commands.separation import separate_records, separate_rig
 from studies.commands.tracing import FITS, NEXT, trace_loaded, with_ending
 from studies.ensemble import run_ensemble
+from studies.own_rig.design import Design, files_replaced, numbers_of_design, remove_earlier
 from studies.own_rig.jumps import jump_lines
 from studies.own_rig.key_numbers import write_page_one
 from studies.own_rig.loops import draw_rig, write_loop
 from studies.own_rig.metal import law_of_metal
 from studies.own_rig.new_record import without_geometry
-from studies.own_rig.numbers import derived_numbers, fitted_numbers, numbers_of_file, with_preloads
+from studies.own_rig.numbers import derived_numbers, fitted_numbers
 from studies.own_rig.programs import programs_of_report
-from studies.own_rig.strain import drive_to_angle_mm
 from studies.own_rig.usual import unusual
 from studies.progress import Steps, steps
 from studies.results import write_result
@@ -73,23 +72,6 @@ _CYCLE_S = 20.0  # of a rig whose loop depends on the rate
 _REFUSED = (RecordError, RigError, SolverError)
 
 
-@dataclass(frozen=True)
-class Design:
-    """A rig at each of its preloads, and how it is named: ``option`` on a command line, ``name`` in files.
-
-    ``file`` is the rig file, None of a preset. ``members`` are the rigs of the preset's ensemble, at any preload; none
-    without one.
-    """
-
-    name: str
-    option: str
-    rigs: tuple[Rig, ...]
-    amplitude_mm: float
-    preset: str | None = None
-    file: Path | None = None
-    members: tuple[Rig, ...] = ()
-
-
 @dataclass
 class _Found:
     """What a report has collected so far."""
@@ -103,12 +85,6 @@ class _Found:
     ranges: dict[str, EnsembleRanges] = field(default_factory=dict)
     fitted: list[RigNumber] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
-
-
-def amplitude_of(rig: Rig, records: Sequence[Record]) -> float:
-    """Give the drive of a report: that of the records in mm, else the one that bends the rig to 45 deg."""
-    drives = [float(np.abs(record.drive).max()) for record in records if record.drive_unit == "mm"]
-    return max(drives) if drives else drive_to_angle_mm(rig)
 
 
 def files_of_design(out: Path, design: Design, records: Sequence[Record]) -> list[Path]:
@@ -126,12 +102,10 @@ def files_of_design(out: Path, design: Design, records: Sequence[Record]) -> lis
         PAGE_ONE,
         DRAWING,
     )
-    found = [path for pattern in patterns for path in sorted(out.glob(pattern))]
     known = read_run(out).sha256 if is_own(out / "run.json") else {}
     names = [*_named(design, records), f"{without_folders(design.name)}-*"]
     stems = [stem for name in names for stem in (name, f"{name}-predicted")]
-    of_records = [path for stem in stems for end in ("csv", "toml") for path in out.glob(f"records/{stem}.{end}")]
-    return [out / "run.json", *found, *(path for path in of_records if path.stem not in known)]
+    return [out / "run.json", *files_replaced(out, patterns, stems, known)]
 
 
 def design_report(
@@ -149,7 +123,7 @@ def design_report(
         From the simulation of the loops, or records with the same name.
     """
     named = _named(design, records)
-    _remove_earlier(out)
+    remove_earlier(out, ("run.json", WRIST, "report.html", PAGE_ONE, DRAWING))
     design, found = _begun(design, records)
     total = (2 + bool(design.members)) * len(design.rigs) + len(records) + max(1, len(design.rigs)) + 4
     with steps(progress, total=total) as step:
@@ -173,7 +147,7 @@ def design_report(
         summary = RunSummary(
             seed=seed,
             versions=versions_found(),
-            rig=(*_numbers(design), *derived_numbers(design.rigs[-1]), *found.fitted),
+            rig=(*numbers_of_design(design), *derived_numbers(design.rigs[-1]), *found.fitted),
             peak_strain_percent=max(loop.peak_strain_percent for loop in found.loops),
             loops=tuple(found.loops),
             crosscheck=tuple(found.checks),
@@ -194,14 +168,6 @@ def design_report(
         summary = replace(summary, picture=draw_rig(design.rigs[-1], last, out))
     write_result(out / "run.json", summary)
     return summary
-
-
-def _remove_earlier(out: Path) -> None:
-    """Remove what the page would show of an earlier report as that of this one."""
-    for name in ("run.json", WRIST, "report.html", PAGE_ONE, DRAWING):
-        (out / name).unlink(missing_ok=True)
-    for stale in [*out.glob("trace*.json"), *out.glob("separate*.json")]:
-        stale.unlink()  # of an earlier report; the page would show them as those of this one
 
 
 def _named(design: Design, records: Sequence[Record]) -> dict[str, Record]:
@@ -232,37 +198,17 @@ def _begun(design: Design, records: Sequence[Record]) -> tuple[Design, _Found]:
     return design, _Found(notes=[*unusual(design.rigs[0]), *laws, *without_geometry(records, beside_rig=True)])
 
 
-def _numbers(design: Design) -> tuple[RigNumber, ...]:
-    """Give every number of the rig with its source: that of the preset, the rig file, or a default.
-
-    The preload is the file's or the preset's, too; a note says where the loops have others.
-    """
-    if design.preset in PRESETS and design.preset is not None:
-        rows = rig_numbers(design.preset)
-    elif design.file is not None:
-        own = replace(design.rigs[-1], preload_N=read_rig(design.file).preload_N)
-        rows = numbers_of_file(numeric_fields(own), design.file)
-    else:
-        rows = tuple(RigNumber(name, value, "given", "") for name, value in numeric_fields(design.rigs[-1]).items())
-    return with_preloads(rows, [rig.preload_N for rig in design.rigs])
-
-
 # --- simulation ---------------------------------------------------------------------------------------------------
 
 
 def _programs(rig: Rig, amplitude_mm: float) -> tuple[LoadProgram, LoadProgram]:
     """Give the program of a loop and that of the analytic curve; one tendon is driven from rest to the amplitude."""
     loop, theory = programs_of_report(amplitude_mm, both_ways=rig.tendon_b is not None)
-    if not _depends_on_rate(rig):
+    if not rig.depends_on_rate:
         return loop, theory
     assert loop.cycle is not None
     per_sample = _CYCLE_S / int((loop.cycle == 1).sum())
     return replace(loop, time_s=np.arange(loop.drive_mm.size, dtype=np.float64) * per_sample), theory
-
-
-def _depends_on_rate(rig: Rig) -> bool:
-    heats = rig.superelastic is not None and rig.superelastic.heating_time_s is not None
-    return heats or any(part is not None for part in (rig.creep, rig.drag, rig.stribeck))
 
 
 def without_effects(rig: Rig) -> Rig:
@@ -288,7 +234,7 @@ def _loop(design: Design, rig: Rig, out: Path, found: _Found, step: Steps) -> No
     if left_out and first:
         tables = ", ".join(f"[{table}]" for table in left_out)
         found.notes.append(f"the analytic curve and the cross-checks are those of the rig without {tables}")
-    if _depends_on_rate(rig) and first:
+    if rig.depends_on_rate and first:
         found.notes.append(f"the loop depends on the rate: it is simulated with one cycle in {_CYCLE_S:g} s")
     step(f"cross-checking {name}")
     if rig.tendon_b is None:
@@ -329,7 +275,7 @@ def _record(name: str, record: Record, out: Path, found: _Found, seed: int) -> N
 def _prediction(name: str, record: Record, rig: Rig, out: Path) -> Prediction:
     """Run the chain along the drive of a record, and compare the two with their mean difference taken out."""
     time = record.time_s
-    if time is None and _depends_on_rate(rig):
+    if time is None and rig.depends_on_rate:
         time = np.arange(record.drive.size, dtype=np.float64)
     predicted = simulate_chain(rig, LoadProgram(record.drive, time))
     zero = float(np.mean(record.angle_deg - predicted.angle_deg))

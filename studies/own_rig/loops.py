@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import io
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fem_models.analytic import simulate_analytic
 from fem_models.joint.strain import FATIGUE
 from fem_models.load import LoadProgram
-from fem_models.multibody.quasi_static import MultibodySolution, solve_multibody
 from fem_models.rig import Rig, RigError
 from fem_models.view import SceneError, render
 from hysteresis.arrays import Floats, Ints
@@ -22,12 +23,17 @@ from hysteresis.own import marked_png
 from hysteresis.records.path import branches
 from hysteresis.records.record import Record
 from hysteresis.records.record_file import write_record
+from studies.notebook.solid import wrist_figure
 from studies.own_rig.strain import Strain, strain_of
-from studies.report.tube import write_tube
+from studies.report.tube import wrist_tube, write_stored, write_tube
 from studies.results.run import Picture, RunLoop, loop_summary
+
+if TYPE_CHECKING:
+    from fem_models.multibody.quasi_static import MultibodySolution
 
 _SLACK = 0.01
 _AMPLITUDES = 401
+_DPI = 150
 
 
 @dataclass(frozen=True)
@@ -60,6 +66,8 @@ def write_loop(
     SolverError, RigError, RecordError
         A rig that cannot follow the drive, or a folder that cannot be written to.
     """
+    from fem_models.multibody.quasi_static import solve_multibody  # Exudyn, which rigs in space do without
+
     solution = solve_multibody(rig, program)
     write_record(solution.record, out / "records" / f"{name}.csv")
     curve = f"{name}-analytic"
@@ -144,12 +152,31 @@ def energy_of_cycle(cycle: Ints, energies_mJ: Floats) -> Energy:
 
 
 def draw_rig(rig: Rig, record: Record, out: Path) -> Picture:
-    """Draw the tube at full drive; where that cannot be done there is none, and the result says why."""
-    full = int(np.argmax(record.angle_deg))
-    caption, failed = f"{rig.name} at {record.drive[full]:g} mm, {record.angle_deg[full]:.1f} deg", list[str]()
-    joints = joints_deg(record)[full]
-    picture = attempt("not drawn", lambda: _draw(rig, joints, caption, out), None, failed)
+    """Draw the tube at full drive, in space where it bends most in both planes, else in one: ``tube.json``, a PNG.
+
+    Where that cannot be done there is no picture, and the result says why.
+    """
+    if rig.is_planar:
+        at = int(np.argmax(record.angle_deg))
+        caption = f"{rig.name} at {record.drive[at]:g} mm, {record.angle_deg[at]:.1f} deg"
+    else:
+        y, z = record.angle_deg, record.angle_2_deg
+        assert z is not None
+        both = np.minimum(y, z)
+        at = int((both if both.max() > 1.0 else np.hypot(y, z)).argmax())
+        caption = f"{rig.name}, bent by {y[at]:.1f} deg towards y and {z[at]:.1f} deg towards z"
+    joints, failed = joints_deg(record)[at], list[str]()
+    draw = _draw if rig.is_planar else _draw_wrist
+    picture = attempt("not drawn", lambda: draw(rig, joints, caption, out), None, failed)
     return Picture(caption=caption, missing=failed[0]) if picture is None else picture
+
+
+def _draw_wrist(rig: Rig, joints: Floats, caption: str, out: Path) -> Picture:
+    picture = io.BytesIO()
+    wrist_figure(rig, joints).savefig(picture, format="png", dpi=_DPI)
+    write_stored(wrist_tube(rig, joints), out / "tube.json")
+    write_files({out / "tube.png": marked_png(picture.getvalue())})
+    return Picture(tube="tube.json", caption=caption, file="tube.png")
 
 
 def _draw(rig: Rig, joints: Floats, caption: str, out: Path) -> Picture:

@@ -14,9 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from fem_models.rig import Rig
 from fem_models.rig.checks import MOST_MM
-from fem_models.rig.in_space import RigInSpace
-from fem_models.view.in_space import wrist_surface
 from fem_models.view.manipulator import tendon_lines, tube_mesh
+from fem_models.view.wrist import wrist_surface
 from hysteresis.arrays import Floats, Ints
 from hysteresis.files import RecordError, write_files
 from hysteresis.own import marked_values
@@ -91,13 +90,13 @@ def write_tube(rig: Rig, joint_angles_deg: ArrayLike, path: Path) -> None:
     write_stored(stored, path)
 
 
-def wrist_tube(rig: RigInSpace, joint_angles_deg: ArrayLike) -> StoredTube:
+def wrist_tube(rig: Rig, joint_angles_deg: ArrayLike) -> StoredTube:
     """Give the surface of a bent wrist in space and its tendons, coloured by the strain of the weak bending.
 
     Raises
     ------
     SceneError
-        As :func:`fem_models.view.in_space.wrist_surface`.
+        As :func:`fem_models.view.wrist.wrist_surface`.
     """
     found = wrist_surface(rig, joint_angles_deg)
     used, numbers = np.unique(found.quads, return_inverse=True)

@@ -63,6 +63,41 @@ def loop_summary(record: Record) -> FullScale:
 
 
 @dataclass(frozen=True)
+class SpaceSummary:
+    """Largest values of a run in space; the bending is the angle between base and tip in any direction."""
+
+    title: str
+    samples: int
+    largest_bending_deg: float
+    largest_angle_deg: float
+    largest_angle_2_deg: float
+    largest_torsion_deg: float
+    largest_tension_N: float
+    slack_samples: int
+    largest_notch_deg: float
+
+
+def space_summary(record: Record) -> SpaceSummary:
+    """Summarise a run in space."""
+    assert record.angle_2_deg is not None
+    assert record.torsion_deg is not None
+    assert record.notches_deg is not None
+    named = (record.tension_a_N, record.tension_b_N, record.tension_c_N, record.tension_d_N)
+    tensions = np.array([one for one in named if one is not None])
+    return SpaceSummary(
+        title=record.title,
+        samples=record.drive.size,
+        largest_bending_deg=float(np.hypot(record.angle_deg, record.angle_2_deg).max()),
+        largest_angle_deg=float(np.abs(record.angle_deg).max()),
+        largest_angle_2_deg=float(np.abs(record.angle_2_deg).max()),
+        largest_torsion_deg=float(np.abs(record.torsion_deg).max()),
+        largest_tension_N=float(tensions.max()),
+        slack_samples=int((tensions <= 0).any(axis=0).sum()),
+        largest_notch_deg=float(np.abs(record.notches_deg).max()),
+    )
+
+
+@dataclass(frozen=True)
 class StrainLimit:
     """A strain limit of Nitinol in a run; ``passed_at_mm`` is the drive at which it is exceeded, None if it is not."""
 

@@ -1,7 +1,7 @@
 """``validate.json`` and ``six-stiffnesses.json`` as the report reads them.
 
 :class:`studies.commands.comparison.Validation` and, of a rig in space,
-:class:`studies.in_space.comparison.WristComparison` have all of their fields.
+:class:`studies.commands.wrist_comparison.WristComparison` have all of their fields.
 """
 
 from __future__ import annotations

@@ -19,23 +19,19 @@ from fem_models.joint import joint_row
 from fem_models.joint.strain import largest_strains, peak_strain, strain_limits
 from fem_models.load import LoadProgram, sine, triangle
 from fem_models.rig import Rig
-from fem_models.rig.in_space import rig_in_space_of_tables
-from fem_models.rig.rig_file import rig_of_tables
+from fem_models.rig.rig_file import any_rig_of_tables, rig_of_tables
 from hysteresis import identify
 from hysteresis.arrays import Floats
 from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.records.metrics import LoopsOverDrive, loop_width, loops_over
 from hysteresis.records.record import MAX_MAGNITUDE, Record
 from studies.engines import solver_of
-from studies.in_space.quantities import groups_in_space, winds_both_ways
 from studies.sweep.inputs import CaseInputs, CaseTables, ProgramTable, with_values
 from studies.sweep.quantities import GROUPS, IN_SPACE, quantity_names
+from studies.sweep.wrist import SLACK, groups_in_space, winds_both_ways
 from validation.separation import loop_program, separate
 
 Quantities = dict[str, float]
-
-SLACK = 0.01
-"""Share of the preload at which a tendon counts as slack: one with a toe region never loses all its tension."""
 
 
 @dataclass(frozen=True)
@@ -184,7 +180,7 @@ def _steps(inputs: CaseInputs, found: Quantities) -> Iterator[None]:
     tables: CaseTables = inputs if inputs.values is None else with_values(inputs, inputs.values)
     where = f"rig {tables.rig.get('name', '')}"
     if inputs.engine == IN_SPACE:
-        wrist = rig_in_space_of_tables(tables.rig, where)
+        wrist = any_rig_of_tables(tables.rig, where, in_space=True)
         drive = program_of_table(tables.program, one_way=not winds_both_ways(wrist))
         for part in groups_in_space(wrist, drive, inputs.groups):
             found |= part

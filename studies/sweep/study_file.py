@@ -7,19 +7,19 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import SequenceMatcher
+from functools import partial
 from itertools import islice, product
 from pathlib import Path
 from typing import Any, cast
 
 from fem_models.rig import RigError
 from fem_models.rig.ensemble import member_constants
-from fem_models.rig.in_space import RigInSpace, read_any_rig, rig_in_space_of_tables
 from fem_models.rig.presets_in_space import any_preset
-from fem_models.rig.rig_file import rig_of_tables
+from fem_models.rig.rig_file import any_rig_of_tables, read_any_rig, rig_of_tables
 from hysteresis.files import inside, read_bytes, read_text, read_toml
 from hysteresis.messages import as_given, listed, quoted
 from hysteresis.records.record import RecordError
-from studies.engines import program_of_file
+from studies.programs import program_of_file
 from studies.results.study import Goal, Sample
 from studies.sweep.cases import program_of_table
 from studies.sweep.errors import StudyError
@@ -229,7 +229,7 @@ def _require_rig(study: Study) -> None:
     """Refuse a rig that no value of the axes makes possible; the message is that of the first case."""
     spans = [axis.values or (axis.low, 0.5 * (axis.low + axis.high), axis.high) for axis in study.axes]
     names, first = [axis.name for axis in study.axes], ""
-    made = rig_in_space_of_tables if study.engine == IN_SPACE else rig_of_tables
+    made = partial(any_rig_of_tables, in_space=True) if study.engine == IN_SPACE else rig_of_tables
     for values in islice(product(*spans), MOST_RIGS):
         try:
             made(with_values(study.tables, dict(zip(names, values, strict=True))).rig, "rig")
@@ -287,7 +287,7 @@ def _tables(path: Path, top: FileTable, inputs: dict[Path, str]) -> tuple[CaseTa
             )
         changed[name] = _value(f"rig.{name}", value, FIELDS[name])
     program = _program(path, top.table("program", "amplitude_mm", "cycles", "step_mm", "rate_Hz", "file"), inputs)
-    engine = _engine(top, rig.name, in_space=isinstance(rig, RigInSpace))
+    engine = _engine(top, rig.name, in_space=not rig.is_planar)
     if engine == IN_SPACE and program.drive_mm is not None:
         raise StudyError(f"program.file: expected amplitude_mm with the rig {rig.name}, which bends in space")
     return with_values(CaseTables(rig.to_dict(), program), changed), engine

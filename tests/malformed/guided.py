@@ -31,8 +31,8 @@ MODULES = [
     "fem_models.rig.of_record", "fem_models.rig.effects", "fem_models.rig.joints", "fem_models.rig.rig",
     "studies.sweep.study_file", "studies.sweep.inputs", "studies.results.files", "studies.results.run",
     "studies.commands.compensation", "studies.engines", "studies.own_rig.columns", "studies.own_rig.samples",
-    "fem_models.rig.in_space", "fem_models.rig.space_tables", "fem_models.spatial.drives", "fem_models.spatial.rig",
-    "studies.in_space.programs", "studies.results.wrist", "studies.results.workspace", "studies.results.compensation",
+    "fem_models.rig.layout", "fem_models.spatial.drives", "fem_models.spatial.rig",
+    "studies.programs", "studies.results.wrist", "studies.results.workspace", "studies.results.compensation",
     "studies.results.separation", "studies.results.fit", "studies.results.trace", "studies.results.study",
     "studies.report.study", "studies.report.parts.wrists", "studies.report.parts.reach", "studies.report.parts.fits",
     "studies.report.parts.followed", "validation.tracing.baseline.in_space", "validation.tracing.prepared",
@@ -63,7 +63,7 @@ def kinds(folder: Path) -> dict[str, tuple[Path, Read]]:
     tracing, equivalent = import_module("validation.tracing.trace"), import_module(f"{BASELINE}.equivalent_rig")
     known_rig = import_module(f"{BASELINE}.known_rig")
     own_rig = import_module("studies.own_rig.new_record")
-    wheels = import_module("studies.in_space.programs").wheels_of_file
+    wheels = import_module("studies.programs").wheels_of_file
     read_study = import_module("studies.sweep.study_file").read_study
 
     def record(_: Path) -> object:
@@ -97,13 +97,13 @@ def kinds(folder: Path) -> dict[str, tuple[Path, Read]]:
         "sidecar": (records / "loop.toml", record),
         "theory": (records / "theory.csv", record),
         "rig": (records / "mine.toml", import_module("fem_models.rig.rig_file").read_rig),
-        "program": (records / "program.csv", import_module("studies.engines").program_of_file),
+        "program": (records / "program.csv", import_module("studies.programs").program_of_file),
         "study": (study / "study.toml", read_study),
         "fit": (fits / "identify.json", compensation.read_layer),
         "reference": (fits / "reference.csv", compensation.read_reference),
         "run": (run / "run.json", lambda path: results.read_run(path.parent)),
         "trace": (trace / "trace.json", report),
-        "rig-in-space": (space / "wrist.toml", import_module("fem_models.rig.in_space").read_any_rig),
+        "rig-in-space": (space / "wrist.toml", import_module("fem_models.rig.rig_file").read_any_rig),
         "program-in-space": (space / "program.csv", wheels),
         "tensions-in-space": (space / "tensions.csv", wheels),
         "record-in-space": (space / "loop.csv", record_in_space),

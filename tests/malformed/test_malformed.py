@@ -11,7 +11,7 @@ from hysteresis.records.record_file import read_record
 from malformed.run import try_all, try_good
 from malformed.samples import readers
 from studies.commands.compensation import read_layer, read_reference
-from studies.engines import forces_of_file, program_of_file
+from studies.programs import forces_of_file, program_of_file
 from studies.report.study import StudyFacts
 from studies.results.fit import StoredFit, StoredModel
 from studies.results.run import RunSummary

@@ -14,9 +14,8 @@ from fem_models.rig.presets_in_space import any_preset
 from hysteresis.records.record import Record
 from hysteresis.records.record_file import write_record
 from hysteresis.records.sidecar import toml
-from studies.commands import tracing
+from studies.commands import tracing, workspace
 from studies.commands.cli import call
-from studies.in_space import workspace
 from studies.own_rig import loops
 from studies.report import page, plots
 from studies.report.parts import fits

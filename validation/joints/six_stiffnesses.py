@@ -10,8 +10,8 @@ import numpy as np
 
 from fem_models.joint.flexure import elasticity
 from fem_models.multibody.spatial import solve_spatial_multibody
+from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
-from fem_models.rig.in_space import RigInSpace
 from fem_models.rig.rig import notched_tube, with_joint
 from fem_models.solid import snr_stiffness, solid_snr
 from fem_models.spatial import SpatialSolution, WheelProgram, of_rig_in_space, solve_spatial
@@ -65,7 +65,7 @@ class SixStiffnesses:
 
 
 def compare_in_space(
-    rig: RigInSpace,
+    rig: Rig,
     *,
     amplitude_mm: float,
     refinement: float = REFINEMENT,
@@ -85,10 +85,10 @@ def compare_in_space(
     RigError, SolverError
         From the models; a multibody model that finds no equilibrium is left out.
     """
-    metal, known = elasticity(rig.rig.material), dict[Any, NotchStiffness]()
+    metal, known = elasticity(rig.material), dict[Any, NotchStiffness]()
     notches, section = list[NotchInBoth](), of_rig_in_space(rig)
     for k, joint in enumerate(section.joints):
-        one = with_joint(rig.rig, k)
+        one = with_joint(rig.in_plane, k)
         if one.joint not in known:
             progress(f"solid, notch {k + 1}")
             known[one.joint] = stiffness_of_solid(snr_stiffness(solid_snr(one, refinement=refinement)).stiffness)

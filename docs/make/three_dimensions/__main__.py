@@ -13,9 +13,8 @@ from matplotlib.figure import Figure
 
 from docs.make.pages import DOCS
 from fem_models.rig import Rig, preset
-from fem_models.rig.in_space import rig_in_space
-from fem_models.rig.rig import Friction, Material
-from fem_models.rig.space_tables import SpaceKeys
+from fem_models.rig.layout import LayoutKeys
+from fem_models.rig.rig import Friction, Material, rig_in_space
 from fem_models.spatial import SpatialRig, WheelProgram, simulate_in_space, solve_spatial, spatial_rig, wheel_drives
 from fem_models.spatial.motion.compensated import compensated_wheels
 from fem_models.spatial.motion.workspace import smooth_rig
@@ -86,7 +85,7 @@ def compensated_circle() -> Circle:
     The third drives were found with nine tenths of the friction: a model that is off.
     """
     rig = rig_in_space(preset("du2018"), two_plane_keys())
-    weaker = replace(rig, rig=replace(rig.rig, friction=scaled(rig.rig.friction, 0.9)))
+    weaker = replace(rig, friction=scaled(rig.friction, 0.9))
     models = {"no compensation": smooth_rig(rig), "friction 10 % off": weaker, "compensated": rig}
     wanted, bent = wanted_circle(), dict[str, Floats]()
     for name, model in models.items():
@@ -97,9 +96,9 @@ def compensated_circle() -> Circle:
     return Circle(wanted, bent, rms)
 
 
-def two_plane_keys() -> SpaceKeys:
+def two_plane_keys() -> LayoutKeys:
     """Turn every second notch of the default rig, with four tendons on two wheels."""
-    return SpaceKeys("", tuple(90.0 * (k % 2) for k in range(14)), (0.0, 180.0, 90.0, 270.0), (1, 1, 2, 2))
+    return LayoutKeys("", tuple(90.0 * (k % 2) for k in range(14)), (0.0, 180.0, 90.0, 270.0), (1, 1, 2, 2))
 
 
 def scaled(friction: Friction, part: float) -> Friction:

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from fem_models.rig import Rig
 from fem_models.rig.checks import require
-from fem_models.rig.in_space import RigInSpace
 from fem_models.spatial.drives import WheelProgram
 from fem_models.spatial.motion.workspace import smooth_rig
 from fem_models.spatial.rig import of_rig_in_space
@@ -15,7 +15,7 @@ from fem_models.spatial.solve import solve_spatial
 from hysteresis.arrays import Floats
 
 
-def plane_backbone(rig: RigInSpace, plane: int, still_mm: Sequence[float]) -> Callable[[Floats], Floats]:
+def plane_backbone(rig: Rig, plane: int, still_mm: Sequence[float]) -> Callable[[Floats], Floats]:
     """Give the bending of one plane over the drive of its wheel.
 
     Parameters

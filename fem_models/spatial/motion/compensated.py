@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError, require
-from fem_models.rig.in_space import RigInSpace
 from fem_models.spatial.drives import round_axes
 from fem_models.spatial.motion.steps import Equilibrium, at_rest, moved_to
 from fem_models.spatial.rig import of_rig_in_space
@@ -45,7 +45,7 @@ class WheelMotion:
 
 
 def compensated_wheels(
-    rig: RigInSpace,
+    rig: Rig,
     wanted_deg: Floats,
     *,
     tolerance_deg: float = 1e-3,
@@ -93,7 +93,7 @@ def compensated_wheels(
 class _Search:
     """Where the wrist is, and the slopes of its bending in the wheels: two of them, or two axes of more."""
 
-    def __init__(self, rig: RigInSpace, winding: Floats, tolerance_deg: float) -> None:
+    def __init__(self, rig: Rig, winding: Floats, tolerance_deg: float) -> None:
         self.winding, self.tolerance = winding, tolerance_deg
         self.state, self.wheels, self.trials = at_rest(of_rig_in_space(rig)), np.zeros(2), 0
         self.slopes = self._slopes(self.wheels, self.state, 0.2)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fem_models.rig.in_space import RigInSpace
+from fem_models.rig import Rig
 from fem_models.rig.presets_in_space import sidecar_table_in_space
 from fem_models.spatial.drives import WheelProgram
 from fem_models.spatial.rig import of_rig_in_space
@@ -14,7 +14,7 @@ from fem_models.spatial.solve import SpatialSolution, solve_spatial
 from hysteresis.records.record import Record
 
 
-def simulate_in_space(rig: RigInSpace, program: WheelProgram) -> Record:
+def simulate_in_space(rig: Rig, program: WheelProgram) -> Record:
     """Run the chain in space.
 
     Returns
@@ -31,7 +31,7 @@ def simulate_in_space(rig: RigInSpace, program: WheelProgram) -> Record:
     return record_of(rig, program, solve_spatial(of_rig_in_space(rig), program.of_tendons(rig)))
 
 
-def record_of(rig: RigInSpace, program: WheelProgram, run: SpatialSolution, engine: str = "chain in space") -> Record:
+def record_of(rig: Rig, program: WheelProgram, run: SpatialSolution, engine: str = "chain in space") -> Record:
     """Make the record of a run; ``engine`` is for its title."""
     record = Record(
         drive=program.wheels[:, 0],

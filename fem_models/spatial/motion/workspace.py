@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fem_models.rig import Rig
 from fem_models.rig.checks import require
-from fem_models.rig.in_space import RigInSpace
 from fem_models.rig.rig import Friction
 from fem_models.spatial.drives import WheelProgram, round_axes
 from fem_models.spatial.motion.steps import Equilibrium, at_rest, moved_to
@@ -73,7 +73,7 @@ class Workspace:
 
 
 def workspace(
-    rig: RigInSpace,
+    rig: Rig,
     amplitude_mm: float,
     *,
     circles: int = 4,
@@ -131,25 +131,25 @@ def _way(ring: Floats) -> tuple[Floats, slice, slice]:
     return way, slice(1 + d, 1 + 2 * d), slice(1 + 2 * d, 1 + 3 * d)
 
 
-def _circles(rig: RigInSpace, amplitude_mm: float, circles: int, directions: int) -> Floats:
+def _circles(rig: Rig, amplitude_mm: float, circles: int, directions: int) -> Floats:
     """Drives of all wheels, shape (circles, directions, wheels)."""
     turn = 2 * math.pi * np.arange(directions) / directions
     unit = np.column_stack([np.cos(turn), np.sin(turn)]) @ round_axes(rig)
     return np.array([amplitude_mm * (k + 1) / circles * unit for k in range(circles)])
 
 
-def _curve(rig: RigInSpace, amplitude_mm: float, samples: int) -> Floats:
+def _curve(rig: Rig, amplitude_mm: float, samples: int) -> Floats:
     """Drives of one wheel, rising, shape (1, samples, 1)."""
     low = -amplitude_mm if rig.winds_both_ways(1) else 0.0
     return np.linspace(low, amplitude_mm, samples)[None, :, None]
 
 
-def smooth_rig(rig: RigInSpace) -> RigInSpace:
+def smooth_rig(rig: Rig) -> Rig:
     """Return the rig without friction and without a loop of the material: its tip is a function of the drives."""
-    return replace(rig, rig=replace(rig.rig, friction=Friction(), material=replace(rig.rig.material, loop_share=0.0)))
+    return replace(rig, friction=Friction(), material=replace(rig.material, loop_share=0.0))
 
 
-def _run(rig: RigInSpace, wheels_mm: Floats) -> SpatialSolution:
+def _run(rig: Rig, wheels_mm: Floats) -> SpatialSolution:
     return solve_spatial(of_rig_in_space(rig), WheelProgram(wheels_mm).of_tendons(rig))
 
 
@@ -172,7 +172,7 @@ class TipCompliance:
     sliding: Floats
 
 
-def tip_compliance(rig: RigInSpace, wheels_mm: Floats, *, force_N: float = 1e-3) -> TipCompliance:
+def tip_compliance(rig: Rig, wheels_mm: Floats, *, force_N: float = 1e-3) -> TipCompliance:
     """Find the compliance of the tip where the wheels have gone straight from rest, by small forces either way.
 
     Raises

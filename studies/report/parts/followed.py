@@ -14,9 +14,9 @@ from hysteresis.records.record import RecordError
 from hysteresis.records.record_file import read_record
 from studies.report.charts import Chart, Line, Plate, Tone
 from studies.report.plots import Drawn, draw
-from studies.report.plots_in_space import TENDON_TONES, tensions_of
 from studies.report.summary import Verdict
 from studies.report.templates import significant
+from studies.report.wrist_plots import TENDON_TONES, tensions_of
 from studies.results import read_result
 from studies.results.compensation import ENDING, WHAT_IN_SPACE, SpaceCompensation
 

@@ -13,9 +13,9 @@ from hysteresis.files import inside, present
 from hysteresis.records.record import RecordError
 from hysteresis.records.record_file import read_columns
 from studies.report.plots import Drawn, draw
-from studies.report.plots_in_space import reach_plate
 from studies.report.summary import Verdict
 from studies.report.templates import significant
+from studies.report.wrist_plots import reach_plate
 from studies.results import read_result
 from studies.results.workspace import FILES, WAYS, WHAT, ComplianceAt, WorkspaceSummary
 

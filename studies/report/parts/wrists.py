@@ -14,9 +14,9 @@ from hysteresis.records.record_file import read_record
 from studies.report.parts.pictures import PictureSection, read_picture
 from studies.report.parts.reach import compliance_verdict
 from studies.report.plots import Drawn, draw
-from studies.report.plots_in_space import path_plate, tensions_plate, titled, wheel_plate
 from studies.report.summary import Verdict, energy_verdict, preload_label, strain_verdict
 from studies.report.templates import significant
+from studies.report.wrist_plots import path_plate, tensions_plate, titled, wheel_plate
 from studies.results.run import record_of_run
 from studies.results.wrist import FILE, TipPath, WheelLoop, WristSummary, read_wrist
 

@@ -11,8 +11,8 @@ from fem_models.drawings.beam import cut_height_of_angle_mm, half_angle_rad
 from fem_models.drawings.pattern import flat_pattern
 from fem_models.joint.section import cut_height_mm, section
 from fem_models.rig import RigError, preset
-from fem_models.rig.in_space import RigInSpace
 from fem_models.rig.joints import Notch, NotchedTube, Tube
+from fem_models.rig.layout import Layout
 from fem_models.rig.presets_in_space import any_preset
 from fem_models.rig.rig import notched_tube, with_notch
 from studies.drawings.imported import Reading, rig_of_drawing
@@ -25,7 +25,9 @@ UNEQUAL = with_notch(
     preset("du2018"), Notch("v_pair", 4, (2.5, 2.7, 2.8, 2.6), (1.0, 1.2, 1.4, 1.1), (1.2, 0.9, 1.0, 0.7), ROOTS)
 )
 SLITS = Notch("rectangular", 4, (1.0, 1.1, 1.2, 1.3), 0.4, (0.5, 0.6, 0.7, 0.8))
-TURNED = RigInSpace(with_notch(replace(WRIST, superelastic=None), SLITS), (-30.0, 0.0, 45.0, 170.0), (0.0,), (1,))
+TURNED = replace(
+    with_notch(replace(WRIST, superelastic=None), SLITS), layout=Layout((-30.0, 0.0, 45.0, 170.0), (0.0,), (1,))
+)
 SLOTS = with_notch(preset("du2018"), Notch("rectangular_pair", 6, 2.4, 0.7, 1.1))
 
 

@@ -149,8 +149,8 @@ def test_a_wrist_whose_friction_is_that_of_wraps_alone(wheel_1_mm, least_N):
 
 def test_tendons_that_do_not_balance_each_other_bend_the_wrist_at_rest():
     """Two at a right angle, 12 N of preload: from the straight wrist Newton's method finds nothing."""
-    published = any_preset("zhang2026")
-    rig = with_notch(replace(published.rig, preload_N=12.0, tendon_b=None), replace(published.rig.joint.notch, count=8))
+    published = any_preset("zhang2026").in_plane
+    rig = with_notch(replace(published, preload_N=12.0, tendon_b=None), replace(published.joint.notch, count=8))
     wrist = spatial_rig(rig, turns_deg=[90.0 * (k % 2) for k in range(8)], tendons_deg=[0, 90])
     wound = np.column_stack([np.linspace(0, 0.2, 5), np.linspace(0, 0.1, 5)])
     chain, multibody = solve_spatial(wrist, wound), solve_spatial_multibody(wrist, wound)
@@ -228,7 +228,7 @@ def test_no_equilibrium_raises_with_sample_and_drives():
 
 def test_a_slack_tendon_is_drawn_taut_again():
     published = any_preset("zhang2026")
-    rig = with_notch(published.rig, replace(published.rig.joint.notch, count=4))
+    rig = with_notch(published.in_plane, replace(published.joint.notch, count=4))
     wrist = spatial_rig(rig, turns_deg=published.turns_deg[:4], tendons_deg=[0, 180, 90, 270])
     drives = wheel_drives(np.array([[0.0, 0.0], [0.15, 0.0], [0.3, 0.0], [0.2, 0.0]]))
     chain, multibody = solve_spatial(wrist, drives), solve_spatial_multibody(wrist, drives)

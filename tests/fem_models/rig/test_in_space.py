@@ -5,15 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fem_models.analytic import simulate_analytic
 from fem_models.chain.solve import solve_chain
 from fem_models.load import triangle
 from fem_models.rig import RigError, preset, read_rig
 from fem_models.rig.effects import Backlash, TipLoad
-from fem_models.rig.in_space import RigInSpace, read_any_rig, rig_in_space
+from fem_models.rig.layout import wheels_of_pairs
 from fem_models.rig.presets import NAMES_IN_SPACE
 from fem_models.rig.presets_in_space import PRESETS_IN_SPACE, any_preset
-from fem_models.rig.rig import numeric_fields, with_notch
-from fem_models.rig.space_tables import wheels_of_pairs
+from fem_models.rig.rig import numeric_fields, rig_in_space, with_notch
+from fem_models.rig.rig_file import read_any_rig
 from fem_models.spatial import of_rig_in_space, solve_spatial
 from hysteresis.records.sidecar import toml
 
@@ -39,7 +40,7 @@ def test_a_turn_of_0_and_tendons_at_0_and_180_are_the_planar_rig(tmp_path):
 
 def test_turned_notches_and_four_tendons_are_a_rig_in_space(tmp_path):
     rig = read_any_rig(written(tmp_path, notch={"turn_deg": QUARTER}, tendons=FOUR))
-    assert isinstance(rig, RigInSpace)
+    assert not rig.is_planar
     assert rig.turns_deg == tuple(QUARTER)
     assert rig.wheels == (1, 1, 2, 2)
     np.testing.assert_array_equal(rig.winding(), [[1, -1, 0, 0], [0, 0, 1, -1]])
@@ -112,6 +113,27 @@ def test_a_planar_reader_names_the_key_and_who_knows_it(tmp_path):
         preset("zhang2026")
 
 
+def test_planar_engines_refuse_a_rig_in_space():
+    program = triangle(0.5)
+    for rig in (any_preset("zhang2026"), rig_in_space(preset("du2018"))):
+        for run in (solve_chain, simulate_analytic):
+            with pytest.raises(RigError, match=f"rig {rig.name} bends in space, which run, simulate"):
+                run(rig, program)
+
+
+def test_a_planar_rig_is_a_rig_with_two_opposite_tendons_on_one_wheel():
+    rig = preset("du2018")
+    assert rig.is_planar
+    assert rig.in_plane is rig
+    assert (rig.angles_deg, rig.wheels, rig.turns_deg) == ((0.0, 180.0), (1, 1), (0.0,) * 14)
+    here, there = of_rig_in_space(rig), of_rig_in_space(rig_in_space(rig))
+    assert (here.tendons, here.loads) == (there.tendons, there.loads)
+    assert [joint.stiffness for joint in here.joints] == [joint.stiffness for joint in there.joints]
+    assert rig_in_space(rig).in_plane == rig != rig_in_space(rig)
+    alone = replace(rig, tendon_b=None)
+    assert (alone.angles_deg, alone.wheels, alone.winds_both_ways(1)) == ((0.0,), (1,), False)
+
+
 def test_effects_that_the_chain_in_space_lacks_are_refused():
     with pytest.raises(RigError, match="backlash = given"):
         rig_in_space(replace(preset("du2018"), backlash=Backlash(0.1)))
@@ -136,7 +158,7 @@ def test_a_load_of_the_planar_rig_acts_in_its_plane():
 def test_every_number_of_a_preset_in_space_has_a_source(name):
     known = PRESETS_IN_SPACE[name]
     own = {"notch.turn_deg", "tendons.angles_deg", "tendons.wheels"}
-    assert set(known.sources) == set(numeric_fields(known.rig.rig)) | own
+    assert set(known.sources) == set(numeric_fields(known.rig)) | own
     assert {source.kind for source in known.sources.values()} >= {"stated", "assumed"}
     assert tuple(PRESETS_IN_SPACE) == NAMES_IN_SPACE
     assert any_preset(name, preload_N=3.0).preload_N == 3.0

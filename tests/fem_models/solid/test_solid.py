@@ -34,7 +34,7 @@ from fem_models.solid.linear import (
 from fem_models.solid.mesh import snr_mesh
 from fem_models.solid.strain import bent_chain, equivalent, nodal_strain, peak_strain, principal, strain
 from fem_models.view import SceneError
-from fem_models.view.solid import as_meshio, draw_strain
+from fem_models.view.solid import as_meshio, draw_mesh
 from validation.joints.checks.richardson import richardson
 
 YOUNG, POISSON = 60e3, 0.33
@@ -371,13 +371,13 @@ def test_a_renderer_that_does_not_end_is_not_waited_for(coarse, tmp_path, monkey
     monkeypatch.setattr("fem_models.view.solid.TIME_LIMIT_S", 0.1)
     body, _ = coarse
     with pytest.raises(SceneError, match=r"did not end within 0\.1 s"):
-        draw_strain(body, 0.05 * bent_chain(body), tmp_path / "snr.png", limit=0.01, window=(600, 300))
+        draw_mesh(as_meshio(body, 0.05 * bent_chain(body)), tmp_path / "snr.png", limit=0.01, window=(600, 300))
     assert list(tmp_path.iterdir()) == []
 
 
 def test_picture_shows_the_metal(coarse, tmp_path):
     body, _ = coarse
-    draw_strain(body, 0.05 * bent_chain(body), tmp_path / "snr.png", limit=0.01, window=(600, 300))
+    draw_mesh(as_meshio(body, 0.05 * bent_chain(body)), tmp_path / "snr.png", limit=0.01, window=(600, 300))
     from matplotlib.image import imread
 
     ink = (imread(tmp_path / "snr.png")[..., :3] < 0.95).any(axis=2).mean()

@@ -10,9 +10,9 @@ from fem_models.load import LoadProgram
 from fem_models.rig import RigError, preset
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import TipLoad
-from fem_models.rig.in_space import RigInSpace, rig_in_space
+from fem_models.rig.layout import Layout
 from fem_models.rig.presets_in_space import any_preset
-from fem_models.rig.rig import Friction
+from fem_models.rig.rig import Friction, rig_in_space
 from fem_models.spatial import WheelProgram, of_rig_in_space, simulate_in_space, solve_spatial
 from fem_models.spatial.motion.backbone import plane_backbone
 from fem_models.spatial.motion.compensated import compensated_wheels
@@ -20,7 +20,7 @@ from fem_models.spatial.motion.steps import at_rest, moved_to
 from fem_models.spatial.motion.workspace import smooth_rig, tip_compliance, workspace
 
 PLANAR = replace(preset("du2018"), tendon_b=None)
-RIG = RigInSpace(PLANAR, tuple(90.0 * (k % 2) for k in range(14)), (0.0, 180.0, 90.0, 270.0), (1, 1, 2, 2))
+RIG = replace(PLANAR, layout=Layout(tuple(90.0 * (k % 2) for k in range(14)), (0.0, 180.0, 90.0, 270.0), (1, 1, 2, 2)))
 ZHANG = any_preset("zhang2026")
 
 
@@ -72,7 +72,7 @@ def test_angles_out_of_reach_name_their_sample():
 @pytest.mark.parametrize("angles_deg", [(0.0, 120.0, 240.0), (0.0, 90.0, 180.0, 270.0)])
 def test_three_and_four_wheels_follow_angles_without_pulling_against_each_other(angles_deg):
     count = len(angles_deg)
-    rig = RigInSpace(replace(ZHANG.rig, tendon_b=None), ZHANG.turns_deg, angles_deg, tuple(range(1, count + 1)))
+    rig = replace(replace(ZHANG, tendon_b=None), layout=Layout(ZHANG.turns_deg, angles_deg, tuple(range(1, count + 1))))
     wanted = ring(15.0, 12)
     found = compensated_wheels(rig, wanted)
     assert found.wheels_mm.shape == (18, count)
@@ -82,7 +82,7 @@ def test_three_and_four_wheels_follow_angles_without_pulling_against_each_other(
 
 def test_a_tendon_without_an_opposite_one_cannot_push():
     """Two tendons at a right angle: the wrist does not bend away from either once it is slack."""
-    rig = RigInSpace(replace(ZHANG.rig, tendon_b=None), ZHANG.turns_deg, (0.0, 90.0), (1, 2))
+    rig = replace(replace(ZHANG, tendon_b=None), layout=Layout(ZHANG.turns_deg, (0.0, 90.0), (1, 2)))
     with pytest.raises(SolverError, match="sample 1: no motion of the wheels found for -20, 0 deg"):
         compensated_wheels(rig, np.array([[3.0, 3.0], [-20.0, 0.0]]))
 
@@ -116,7 +116,7 @@ def test_compliance_is_that_of_the_planar_chain_under_a_tip_load():
     program, planar = LoadProgram(np.linspace(0, 0.8, 9)), np.empty((2, 2))
     for column, direction_deg in enumerate((0.0, 90.0)):
         ahead, behind = (
-            simulate_chain(replace(rig.rig, tip_load=TipLoad(1e-2, direction_deg + turn)), program).tip_mm[-1]
+            simulate_chain(replace(rig.in_plane, tip_load=TipLoad(1e-2, direction_deg + turn)), program).tip_mm[-1]
             for turn in (0.0, 180.0)
         )
         planar[:, column] = (ahead - behind) / 2e-2
@@ -146,12 +146,12 @@ def test_the_backbone_of_a_plane_is_the_run_without_friction(plane):
     wheels[:, plane - 1] = drive
     curve = plane_backbone(RIG, plane, still)(drive)
     np.testing.assert_allclose(curve, bending(smooth_rig(RIG), wheels)[:, plane - 1], atol=1e-6)
-    little = replace(RIG, rig=replace(RIG.rig, friction=Friction(0.002), material=smooth_rig(RIG).rig.material))
+    little = replace(RIG, friction=Friction(0.002), material=smooth_rig(RIG).material)
     np.testing.assert_allclose(curve, bending(little, wheels)[:, plane - 1], atol=0.05)
 
 
 def test_a_backbone_needs_the_wheels_of_the_rig():
-    one_wheel = RigInSpace(PLANAR, RIG.turns_deg, (0.0, 180.0), (1, 1))
+    one_wheel = replace(PLANAR, layout=Layout(RIG.turns_deg, (0.0, 180.0), (1, 1)))
     with pytest.raises(RigError, match="plane = 2: expected 1 to 1, the wheels of rig"):
         plane_backbone(one_wheel, 2, [0.0])
     with pytest.raises(RigError, match="still_mm = 1 wheels: expected the 2 of rig"):

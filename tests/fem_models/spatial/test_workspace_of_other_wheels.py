@@ -8,8 +8,8 @@ import pytest
 from fem_models.chain.solve import simulate_chain
 from fem_models.load import LoadProgram
 from fem_models.rig import RigError, preset
-from fem_models.rig.in_space import rig_in_space
 from fem_models.rig.presets_in_space import any_preset
+from fem_models.rig.rig import rig_in_space
 from fem_models.spatial.drives import circle, round_axes
 from fem_models.spatial.motion.workspace import workspace
 
@@ -18,8 +18,8 @@ ZHANG = any_preset("zhang2026")
 
 def with_tendons(angles_deg, wheels, EA_N=5500.0):
     """The wrist with other tendons, taut up to 0.8 mm."""
-    rig = replace(ZHANG.rig, tendon_a=replace(ZHANG.rig.tendon_a, EA_N=EA_N), preload_N=4.0)
-    return replace(ZHANG, rig=rig, angles_deg=angles_deg, wheels=wheels)
+    layout = replace(ZHANG.layout, angles_deg=angles_deg, wheels=wheels)
+    return replace(ZHANG, tendon_a=replace(ZHANG.tendon_a, EA_N=EA_N), preload_N=4.0, layout=layout)
 
 
 def test_one_wheel_reaches_a_curve():

@@ -6,8 +6,8 @@ import pytest
 
 import notchbend as nb
 from fem_models.rig import read_rig
-from fem_models.rig.in_space import read_any_rig
 from fem_models.rig.presets_in_space import any_preset
+from fem_models.rig.rig_file import read_any_rig
 from studies.commands.cli import call
 from studies.drawings import DrawingChoice
 

@@ -24,7 +24,7 @@ from hysteresis.records.record_file import write_record
 from studies import progress
 from studies.commands import tracing
 from studies.commands.cli import call
-from studies.engines import program_of_file
+from studies.programs import program_of_file
 from studies.report import write_report
 from studies.report.trace_page import trace_page
 from studies.results.trace_samples import read_samples, samples_of

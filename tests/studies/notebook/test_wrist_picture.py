@@ -12,7 +12,7 @@ from fem_models.joint import joint_row
 from fem_models.rig.presets_in_space import any_preset
 from fem_models.spatial import WheelProgram, simulate_in_space
 from fem_models.view import SceneError
-from fem_models.view.in_space import wrist_surface
+from fem_models.view.wrist import wrist_surface
 
 WRIST = any_preset("zhang2026")
 
@@ -29,7 +29,7 @@ def test_the_picture_of_a_run_ends_at_its_tip(tmp_path):
 
 def test_notches_are_cut_where_they_are_turned_to():
     """Over the first notch the tube is open towards y, over the second one towards z."""
-    middles, surface = WRIST.rig.joint.places().middles, wrist_surface(WRIST, np.zeros(WRIST.joints))
+    middles, surface = WRIST.joint.places().middles, wrist_surface(WRIST, np.zeros(WRIST.joints))
     centres = surface.tube.mean(axis=1)
     for number, axis in ((0, 1), (1, 2)):
         here = centres[np.abs(centres[:, 0] - middles[number]) < 0.2]
@@ -57,7 +57,7 @@ def test_every_label_is_within_the_picture():
 
 
 def test_a_name_is_text_and_no_formula(tmp_path):
-    named = replace(WRIST, rig=replace(WRIST.rig, name="$\\frac{$<b>"))
+    named = replace(WRIST, name="$\\frac{$<b>")
     nb.plot(named).savefig(tmp_path / "wrist.png")
     assert (tmp_path / "wrist.png").stat().st_size > 10_000
 

@@ -9,10 +9,10 @@ import pytest
 from once import made_once
 from results_folder import copy_results
 
+from fem_models.multibody import quasi_static
 from hysteresis.records.record_file import read_record
 from studies.bench_record import SHIPPED, bench_like_record
 from studies.commands.cli import call
-from studies.own_rig import loops
 from studies.report.templates import significant
 
 
@@ -96,7 +96,7 @@ def test_an_interrupted_run_does_not_pass_for_a_finished_one(folder, tmp_path, c
     def interrupted(*arguments, **options):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(loops, "solve_multibody", interrupted)
+    monkeypatch.setattr(quasi_static, "solve_multibody", interrupted)
     assert call(["run", "--out", str(copy), "--quiet"]) == 130
     said = capsys.readouterr().err
     assert re.fullmatch(

@@ -10,13 +10,14 @@ from fem_models.rig.presets_in_space import any_preset
 from fem_models.rig.rig import with_notch
 from fem_models.spatial import WheelProgram, simulate_in_space
 from hysteresis.records.sidecar import toml
+from studies.commands import wrist_comparison as comparison
 from studies.commands.cli import call
-from studies.in_space import comparison
 from validation.joints.six_stiffnesses import compare_in_space
 
 ZHANG = any_preset("zhang2026")
-NOTCH = replace(ZHANG.rig.joint.notch, count=4, depth_mm=(1.58, 1.58, 1.6, 1.6))
-WRIST = replace(ZHANG, rig=with_notch(ZHANG.rig, NOTCH), turns_deg=ZHANG.turns_deg[:4])
+NOTCH = replace(ZHANG.joint.notch, count=4, depth_mm=(1.58, 1.58, 1.6, 1.6))
+LAYOUT = replace(ZHANG.layout, turns_deg=ZHANG.turns_deg[:4])
+WRIST = replace(ZHANG, joint=replace(ZHANG.joint, notch=NOTCH), layout=LAYOUT)
 
 
 @pytest.mark.slow

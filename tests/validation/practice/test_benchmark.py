@@ -243,7 +243,7 @@ def test_answers_are_resumed_and_errors_are_tried_again(copy):
 
     def clean(records):
         assert len(records) >= 1
-        return {"schema": 1, "verdict": "none"}
+        return CaseAnswer(1, "none")
 
     assert answer_all(folder, into, fails, 1) == len(cases)
     assert "ValueError at fails: no angle" in (into / "case-001.json").read_text()

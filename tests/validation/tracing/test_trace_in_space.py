@@ -36,9 +36,9 @@ EFFECTS = {effect.name: effect for effect in catalogue()}
 @pytest.fixture(scope="module")
 def wrist():
     """Two notches of the published wrist, turned by 90 degrees: a run takes some milliseconds."""
-    notch = replace(ZHANG.rig.joint.notch, count=2)
-    rig = replace(ZHANG.rig, name="two", joint=replace(ZHANG.rig.joint, notch=notch))
-    return replace(ZHANG, rig=rig, turns_deg=ZHANG.turns_deg[:2])
+    notch = replace(ZHANG.joint.notch, count=2)
+    layout = replace(ZHANG.layout, turns_deg=ZHANG.turns_deg[:2])
+    return replace(ZHANG, name="two", joint=replace(ZHANG.joint, notch=notch), layout=layout)
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +86,7 @@ def equal_planes(tmp_path_factory):
     """Four notches of du2018, every second one turned: nearly as stiff in both planes; and its file."""
     rig = with_notch(preset("du2018"), replace(preset("du2018").joint.notch, count=4))
     rig = replace(rig, name="equal", friction=Friction(0.1, 0.05, 0.2))
-    equal = replace(ZHANG, rig=rig, turns_deg=tuple(90.0 * (k % 2) for k in range(4)))
+    equal = replace(rig, layout=replace(ZHANG.layout, turns_deg=tuple(90.0 * (k % 2) for k in range(4))))
     path = tmp_path_factory.mktemp("equal") / "equal.toml"
     path.write_text(toml(equal.to_dict()))
     return equal, path
@@ -95,7 +95,7 @@ def equal_planes(tmp_path_factory):
 @cache
 def run_of_multibody(equal, turn_deg):
     """The drives and what the Exudyn model does in them; records of the same turn differ in what their sensors add."""
-    dry = replace(equal.rig.friction, capstan_coefficient=0.08, sheath_N=0.06)
+    dry = replace(equal.friction, capstan_coefficient=0.08, sheath_N=0.06)
     chain = of_rig_in_space(replace(equal, rig=replace(equal.rig, friction=dry)))
     program = first_wheel(sine(0.3, 0.1, cycles=2, samples_per_cycle=16), equal)
     turned = tuple(replace(one, angle_deg=one.angle_deg + turn_deg) for one in chain.tendons)
@@ -286,9 +286,9 @@ def test_prediction_is_the_run_of_the_declared_rig(wrist, file):
     """The baseline with the declared constants is a run of the chain in space, and forms come on top of it."""
     exact = record(wrist, file, noise_deg=0.0)
     problem = space_problem([exact])
-    dry, material = wrist.rig.friction, wrist.rig.material
+    dry, material = wrist.friction, wrist.material
     declared = {
-        "EA_N": wrist.rig.tendon_a.EA_N,
+        "EA_N": wrist.tendon_a.EA_N,
         "capstan_coefficient": dry.capstan_coefficient,
         "sheath_N": dry.sheath_N,
         "stick_compliance_mm_per_N": dry.stick_compliance_mm_per_N,

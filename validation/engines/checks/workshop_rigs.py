@@ -15,8 +15,8 @@ from fem_models.joint import joint_row
 from fem_models.load import LoadProgram, triangle
 from fem_models.rig import Rig
 from fem_models.rig.effects import Backlash, Closure, Superelastic
-from fem_models.rig.in_space import RigInSpace
 from fem_models.rig.joints import Notch, NotchedTube, NotchShape, Tube
+from fem_models.rig.layout import Layout
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 
 QUARTER_SAMPLES = 22
@@ -83,7 +83,7 @@ def workshop_rig(seed: int | tuple[int, ...]) -> tuple[Rig, LoadProgram]:
     return rig, triangle(amplitude, step_mm=amplitude / QUARTER_SAMPLES)
 
 
-def workshop_wrist(seed: int | tuple[int, ...]) -> tuple[RigInSpace, list[list[float]]]:
+def workshop_wrist(seed: int | tuple[int, ...]) -> tuple[Rig, list[list[float]]]:
     """Draw a wrist whose notches are turned by 90 deg in turn, with four tendons on two wheels; drives of the wheels.
 
     They lead out, and once round a circle.
@@ -94,7 +94,7 @@ def workshop_wrist(seed: int | tuple[int, ...]) -> tuple[RigInSpace, list[list[f
         rig, program = workshop_rig((int(rng.integers(2**31)),))
     plane = replace(rig, name=f"wrist {seed}", tendon_b=None, superelastic=None, backlash=None)
     turns = tuple(90.0 * (k % 2) for k in range(rig.joints))
-    wrist = RigInSpace(plane, turns_deg=turns, angles_deg=(0.0, 180.0, 90.0, 270.0), wheels=(1, 1, 2, 2))
+    wrist = replace(plane, layout=Layout(turns, angles_deg=(0.0, 180.0, 90.0, 270.0), wheels=(1, 1, 2, 2)))
     reach = 0.5 * float(program.drive_mm.max())
     out = np.linspace(0, reach, 8)[:, None] * [1.0, 0.0]
     turn = np.linspace(0, 2 * np.pi, 33)[1:]

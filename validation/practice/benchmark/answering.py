@@ -8,33 +8,36 @@ import traceback
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from hysteresis.files import write_files
 from hysteresis.records.record import Record
 from hysteresis.records.record_file import read_record
-from validation.practice.benchmark.answers import answer_file, read_answer
+from validation.practice.benchmark.answers import CaseAnswer, answer_file, read_answer
 from validation.practice.benchmark.sealed import read_list, records_of
 
-Answerer = Callable[[Sequence[Record]], dict[str, Any]]
-"""From the records of a case to its answer, as values for JSON."""
+if TYPE_CHECKING:
+    from validation.tracing.result import TraceReport
+
+Answerer = Callable[[Sequence[Record]], "CaseAnswer | TraceReport"]
+"""From the records of a case to its answer."""
 Count = Callable[[int, int], None]
 """Called with how many cases are done, and of how many."""
 
 
-def by_tracer(records: Sequence[Record]) -> dict[str, Any]:
+def by_tracer(records: Sequence[Record]) -> TraceReport:
     """Answer with the tracer of the package: a whole trace.json."""
     from validation.tracing import trace_records  # late: other ways do not need it
     from validation.tracing.result import trace_report
 
-    return trace_report(trace_records(records, threads=1)).to_dict()
+    return trace_report(trace_records(records, threads=1))
 
 
 def answer_case(folder: Path, case: str, into: Path, answerer: Answerer) -> None:
     """Answer one case; an error of the answerer is the verdict ``error`` and does not end the others."""
     records = [read_record(path) for path in records_of(folder, case)]
     try:
-        answer = answerer(records)
+        answer = answerer(records).to_dict()
     except Exception as error:
         where = traceback.extract_tb(error.__traceback__)[-1]
         answer = {"schema": 1, "verdict": "error", "message": f"{type(error).__name__} at {where.name}: {error}"}

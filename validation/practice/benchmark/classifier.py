@@ -44,11 +44,11 @@ class ClassifierAnswerer:
 
     training: Path
 
-    def __call__(self, records: Sequence[Record]) -> dict[str, Any]:
-        """Answer a case, as values for JSON."""
+    def __call__(self, records: Sequence[Record]) -> CaseAnswer:
+        """Answer a case."""
         forest = forest_of(self.training)
         votes = forest.model.predict_proba(features(records, residual_terms(records))[None])[0]
-        return answer_of_votes(forest, votes).to_dict()
+        return answer_of_votes(forest, votes)
 
 
 @cache

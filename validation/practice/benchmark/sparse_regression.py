@@ -10,7 +10,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -48,9 +47,9 @@ class Thresholds:
 CHOSEN = Thresholds()
 
 
-def by_sparse_regression(records: Sequence[Record]) -> dict[str, Any]:
-    """Answer a case, as values for JSON."""
-    return judge_terms(residual_terms(records), CHOSEN).to_dict()
+def by_sparse_regression(records: Sequence[Record]) -> CaseAnswer:
+    """Answer a case."""
+    return judge_terms(residual_terms(records), CHOSEN)
 
 
 def judge_terms(found: ResidualTerms, thresholds: Thresholds) -> CaseAnswer:

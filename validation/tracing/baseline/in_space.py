@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
-from fem_models.rig.in_space import RigInSpace
 from fem_models.rig.of_record import bends_in_space, rig_in_space_of
 from fem_models.rig.rig import Friction, Material
 from fem_models.spatial import SpatialProgram, SpatialRig, SpatialSolution, of_rig_in_space, solve_spatial
@@ -200,8 +200,8 @@ def space_problem(records: Sequence[Record]) -> SpaceProblem | None:
         records=tuple(used),
         channels=channels,
         channel_words=left_out(records, channels),
-        parameters=drive_parameters([rig.rig for rig in rigs]),
-        start=declared_start(rigs[0].rig, load_control=False),
+        parameters=drive_parameters([rig.in_plane for rig in rigs]),
+        start=declared_start(rigs[0].in_plane, load_control=False),
         runs=tuple(runs),
         angles=angles,
         scale=_scale(used, runs, records),
@@ -213,7 +213,7 @@ def _moves(values: Floats | None) -> bool:
     return values is not None and float(np.ptp(values)) > 0.0
 
 
-def _wheels_mm(record: Record, rig: RigInSpace) -> Floats:
+def _wheels_mm(record: Record, rig: Rig) -> Floats:
     """Motion of all wheels, shape (m, wheels), from zero on."""
     where = record.source or "record"
     if record.drive_unit != "mm":

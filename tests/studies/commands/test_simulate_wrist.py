@@ -7,16 +7,16 @@ import pytest
 
 from fem_models.load import triangle
 from fem_models.rig import RigError, preset
-from fem_models.rig.in_space import rig_in_space
+from fem_models.rig.layout import LayoutKeys
 from fem_models.rig.presets_in_space import any_preset
-from fem_models.rig.space_tables import SpaceKeys
+from fem_models.rig.rig import rig_in_space
 from fem_models.spatial import WheelProgram, circle, first_wheel, of_rig_in_space, simulate_in_space, solve_spatial
 from hysteresis.records.planes import not_used, require_one_wheel
 from hysteresis.records.record import RecordError
 from hysteresis.records.record_file import read_record, read_records, write_record
 from hysteresis.records.sidecar import toml
 from studies.commands.cli import call
-from studies.in_space.programs import wheels_of_file
+from studies.programs import wheels_of_file
 
 RIG = any_preset("zhang2026")
 PRESET = ("--preset", "zhang2026")
@@ -134,7 +134,7 @@ def test_a_planar_program_keeps_its_cycles():
 
 def test_the_multibody_engine_agrees_with_the_chain(tmp_path):
     """Two engines of the same laws: within 0.1 deg, as was wanted of them."""
-    keys = SpaceKeys("", tuple(90.0 * (k % 2) for k in range(14)), (0.0, 180.0, 90.0, 270.0), (1, 1, 2, 2))
+    keys = LayoutKeys("", tuple(90.0 * (k % 2) for k in range(14)), (0.0, 180.0, 90.0, 270.0), (1, 1, 2, 2))
     rig, wrist = rig_in_space(preset("du2018"), keys), tmp_path / "wrist.toml"
     wrist.write_text(toml(rig.to_dict()))
     program = tmp_path / "program.csv"

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from fem_models.joint import joint_mechanics
 from fem_models.joint.section import cut_height_mm
-from fem_models.rig.in_space import RigInSpace
+from fem_models.rig import Rig
 from fem_models.rig.joints import NotchedTube
 from fem_models.rig.rig import with_joint
 from fem_models.spatial.place import rotation
@@ -79,7 +79,7 @@ class _Sections:
     notch: Ints
 
 
-def wrist_surface(rig: RigInSpace, joint_angles_deg: ArrayLike) -> WristSurface:
+def wrist_surface(rig: Rig, joint_angles_deg: ArrayLike) -> WristSurface:
     """Make the bent surface.
 
     Parameters
@@ -121,9 +121,9 @@ def wrist_surface(rig: RigInSpace, joint_angles_deg: ArrayLike) -> WristSurface:
     )
 
 
-def _tube(rig: RigInSpace, number: int) -> NotchedTube:
+def _tube(rig: Rig, number: int) -> NotchedTube:
     """Tube and notch of one joint."""
-    joint = with_joint(rig.rig, number).joint
+    joint = with_joint(rig.in_plane, number).joint
     assert isinstance(joint, NotchedTube)  # a rig in space has no measured joints
     return joint
 
@@ -140,9 +140,9 @@ def _is_loaded(quads: Ints, sections: _Sections, points: int) -> np.ndarray:
     return out
 
 
-def _sections(rig: RigInSpace, angles: Floats) -> _Sections:
+def _sections(rig: Rig, angles: Floats) -> _Sections:
     """Sections over every notch, and two in each ring, where the strain ends."""
-    joint = rig.rig.joint
+    joint = rig.joint
     assert isinstance(joint, NotchedTube)
     places, rows, notch, bend = joint.places(), [[0.0, 0.0, 0.0, 0.0]], list[int](), list[float]()
     ends = np.append(places.middles[1:], places.centres[-1])
@@ -150,7 +150,7 @@ def _sections(rig: RigInSpace, angles: Floats) -> _Sections:
         one, width = _tube(rig, number), joint.notch.at(number).width_mm
         s = np.linspace(-width / 2, width / 2, _OVER_NOTCH + 1)
         share, curvature = bending_along(one, width, s)
-        neutral = -joint_mechanics(with_joint(rig.rig, number)).flexure.neutral_offset_mm
+        neutral = -joint_mechanics(with_joint(rig.in_plane, number)).flexure.neutral_offset_mm
         edge = _EDGE * (beyond - middle - width / 2)
         turn = np.radians(rig.turns_deg[number])
         for at, curved in zip([s[0] - edge, *s, s[-1] + edge], [0.0, *curvature, 0.0], strict=True):
@@ -162,7 +162,7 @@ def _sections(rig: RigInSpace, angles: Floats) -> _Sections:
     return _Sections(x, turns, neutrals, curvatures, np.array([*bend, 0.0]), np.array([*notch, -1]))
 
 
-def _bent_axis(rig: RigInSpace, sections: _Sections) -> tuple[Floats, Floats]:
+def _bent_axis(rig: Rig, sections: _Sections) -> tuple[Floats, Floats]:
     """Points of the tube axis, (k, 3), and frames of the sections, (k, 3, 3): columns along the tube, y and z."""
     turns, x = np.radians(rig.turns_deg), sections.x
     about = np.column_stack([0 * turns, -np.sin(turns), np.cos(turns)])  # axis 3 of a notch: x turns towards its axis 2
@@ -175,9 +175,9 @@ def _bent_axis(rig: RigInSpace, sections: _Sections) -> tuple[Floats, Floats]:
     return place, frame
 
 
-def _cut_away(rig: RigInSpace, sections: _Sections, around: Floats) -> np.ndarray:
+def _cut_away(rig: Rig, sections: _Sections, around: Floats) -> np.ndarray:
     """Whether the middle of a quadrilateral is in a notch, shape (k - 1, AROUND)."""
-    joint, x = rig.rig.joint, sections.x
+    joint, x = rig.joint, sections.x
     assert isinstance(joint, NotchedTube)
     middles, radius = joint.places().middles, 0.5 * joint.tube.outer_diameter_mm
     out = np.zeros((sections.notch.size, around.size), dtype=bool)

@@ -9,13 +9,13 @@ import numpy as np
 from fem_models.joint import joint_row
 from fem_models.joint.strain import peak_strain, thrust_N
 from fem_models.load import LoadProgram
-from fem_models.rig.in_space import RigInSpace
+from fem_models.rig import Rig
 from fem_models.spatial.drives import WheelProgram, round_axes
 from fem_models.spatial.solve import SpatialSolution
 from hysteresis.arrays import Floats
 from hysteresis.records.metrics import dissipated_area, loop_width
-from studies.in_space.plane import facing_drive, lost_motion_mm
 from studies.own_rig.loops import energy_of_cycle, fatigue_amplitude_mm, slack_from_mm
+from studies.own_rig.plane import facing_drive, lost_motion_mm
 from studies.own_rig.strain import strain_of
 from studies.results.wrist import WheelLoop
 
@@ -36,7 +36,7 @@ class Motion:
         return WheelProgram(program.drive_mm[:, None] * self.unit, program.time_s, program.cycle)
 
 
-def motions_of(rig: RigInSpace) -> tuple[Motion, ...]:
+def motions_of(rig: Rig) -> tuple[Motion, ...]:
     """Give the motions of a rig: each of one or two wheels while the other one stands still.
 
     Three wheels or four bend the wrist towards y and towards z together, for a tendon whose opposite one stands still
@@ -49,7 +49,7 @@ def motions_of(rig: RigInSpace) -> tuple[Motion, ...]:
 
 
 def wheel_loop(
-    rig: RigInSpace, motion: Motion, program: LoadProgram, run: SpatialSolution, names: tuple[str, str]
+    rig: Rig, motion: Motion, program: LoadProgram, run: SpatialSolution, names: tuple[str, str]
 ) -> WheelLoop:
     """Measure the loop of a motion, as the planar report does.
 
@@ -60,7 +60,7 @@ def wheel_loop(
     plane = facing_drive(drive, run.bending_deg)
     width = loop_width(drive, plane.angle_deg, cycle)
     angles = np.radians(run.notches_deg[:, :, 2])
-    strain = peak_strain(joint_row(rig.rig), angles, thrust_N=thrust_N(run.tensions_N))
+    strain = peak_strain(joint_row(rig.in_plane), angles, thrust_N=thrust_N(run.tensions_N))
     energies = np.array([run.work_mJ, run.friction_mJ, run.material_mJ, np.zeros_like(run.work_mJ)])
     pulls = run.tensions_N[:, :, 0]
     return WheelLoop(
@@ -73,7 +73,7 @@ def wheel_loop(
         loop_width_at_zero_deg=width.at_zero_deg,
         loop_area_deg_mm=dissipated_area(drive, plane.angle_deg, cycle),
         **vars(energy_of_cycle(cycle, energies)),
-        **vars(strain_of(rig.rig, drive, strain)),
+        **vars(strain_of(rig.in_plane, drive, strain)),
         preload_N=rig.preload_N,
         slack_from_mm=slack_from_mm(rig.preload_N, drive, run.tensions_N) if len(rig.wheels) > 1 else None,
         fatigue_amplitude_mm=fatigue_amplitude_mm(drive, strain, both_ways=motion.both_ways),

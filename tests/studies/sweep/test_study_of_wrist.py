@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 from small_study import study_file
 
-from fem_models.rig.in_space import rig_in_space_of_tables
 from fem_models.rig.presets_in_space import any_preset
+from fem_models.rig.rig_file import any_rig_of_tables
 from fem_models.spatial.motion.workspace import tip_compliance, workspace
 from hysteresis.records.sidecar import toml
 from studies.commands.cli import call
-from studies.in_space.quantities import CIRCLES, DIRECTIONS
 from studies.sweep import open_study, read_study, run_study
 from studies.sweep.cases import evaluate
 from studies.sweep.inputs import CaseInputs, CaseTables, ProgramTable, with_values
 from studies.sweep.plan import cases, plan_of
 from studies.sweep.study_file import ready_studies
+from studies.sweep.wrist import CIRCLES, DIRECTIONS
 
 TEXT = """schema = 1
 [rig]
@@ -52,7 +52,7 @@ def found(tables: CaseTables, groups=GROUPS):
 
 def test_quantities_are_those_of_workspace_and_compliance(folder):
     tables = base(folder)
-    q, rig = found(tables), rig_in_space_of_tables(tables.rig, "wrist")
+    q, rig = found(tables), any_rig_of_tables(tables.rig, "wrist")
     reach = workspace(rig, 0.6, circles=CIRCLES, directions=DIRECTIONS)
     assert q["area_mm2"] == reach.area_mm2(reach.forth_mm)
     assert q["area_without_friction_mm2"] == reach.area_mm2(reach.smooth_mm)

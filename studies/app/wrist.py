@@ -10,8 +10,8 @@ import numpy as np
 from fem_models.joint import joint_row
 from fem_models.joint.strain import peak_strain, thrust_N
 from fem_models.load import LoadProgram
+from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
-from fem_models.rig.in_space import RigInSpace
 from fem_models.spatial.drives import WheelProgram, circle, round_axes
 from fem_models.spatial.motion.run_record import record_of
 from fem_models.spatial.motion.workspace import smooth_rig
@@ -21,12 +21,11 @@ from hysteresis.arrays import Floats
 from hysteresis.records.metrics import loop_width
 from hysteresis.records.record import Record
 from studies.app.advice import warnings_of_run
-from studies.app.loop_svg import Curves, Plot, less_backbone
-from studies.app.playground import AMPLITUDE, closed_cycle, outer_mm, with_values
+from studies.app.loop_svg import Plot
+from studies.app.playground import AMPLITUDE, Answer, loop_plots, outer_mm, with_values
 from studies.app.scene import MeshState, mesh_of_parts
-from studies.in_space.loops import Motion, motions_of
-from studies.in_space.plane import PlaneOfLoop, facing_drive, lost_motion_mm
-from studies.report.plots_in_space import in_plane
+from studies.own_rig.plane import PlaneOfLoop, facing_drive, lost_motion_mm
+from studies.own_rig.wheels import Motion, motions_of
 from studies.report.tube import wrist_tube
 from validation.separation import loop_program
 
@@ -47,40 +46,7 @@ class _Loop:
     plane: PlaneOfLoop
 
 
-@dataclass(frozen=True)
-class AnswerInSpace:
-    """What follows from the sliders of a rig in space, as :class:`studies.app.playground.Answer`.
-
-    ``directions_deg`` are those of the planes of the loops, from y towards z.
-    """
-
-    rig: RigInSpace
-    records: Mapping[str, Record]
-    figures: tuple[tuple[str, str], ...]
-    warnings: tuple[str, ...]
-    plots: tuple[Plot, ...]
-    mesh: MeshState
-    directions_deg: tuple[float, ...]
-
-    @property
-    def length_mm(self) -> float:
-        """Length of the straight tube."""
-        return self.rig.rig.length_mm
-
-    def beside(self, measured: Record) -> tuple[Curves | None, ...]:
-        """Give the curves of a measured record, one for each plot: the loop of a wheel that moves alone, the tip."""
-        drives = (measured.drive, measured.drive_2, measured.drive_3, measured.drive_4)
-        moving = [k for k, drive in enumerate(drives) if drive is not None and np.ptp(drive) > 0]
-        out: list[Curves | None] = [None, None] * len(self.directions_deg)
-        alone = moving[0] if len(moving) == 1 and measured.angle_2_deg is not None else len(drives)
-        if alone < len(self.directions_deg) and (drive := drives[alone]) is not None:
-            one = replace(in_plane(measured, self.directions_deg[alone]), drive=drive)
-            out[2 * alone : 2 * alone + 2] = [(one.drive, one.angle_deg), less_backbone(one)]
-        tip = measured.tip_mm
-        return (*out, None if tip is None or tip.shape[1] < 3 else (tip[:, _Y], tip[:, _Z]))
-
-
-def answer_in_space(rig: RigInSpace, values: Mapping[str, float]) -> AnswerInSpace:
+def wrist_answer(rig: Rig, values: Mapping[str, float]) -> Answer:
     """Run a cycle of each motion of the rig, and the path of its tip, with the values of the sliders.
 
     Raises
@@ -90,7 +56,7 @@ def answer_in_space(rig: RigInSpace, values: Mapping[str, float]) -> AnswerInSpa
     """
     amplitude = float(values[AMPLITUDE])
     numbers = {name: float(value) for name, value in values.items() if name != AMPLITUDE}
-    moved = replace(rig, rig=with_values(rig.rig, numbers))
+    moved = with_values(rig, numbers)
     loops = [_loop(moved, motion, amplitude) for motion in motions_of(moved)]
     path, smooth, program = _path(moved, loops, amplitude)
     apart = np.linalg.norm(path.tip_mm - smooth.tip_mm, axis=1)
@@ -112,7 +78,7 @@ def answer_in_space(rig: RigInSpace, values: Mapping[str, float]) -> AnswerInSpa
         ("Tension", f"{pulls.min():.1f} to {pulls.max():.1f} N"),
         ("Peak strain, weak bending", f"{strain:.2f} %"),
     ]
-    return AnswerInSpace(
+    return Answer(
         rig=moved,
         records=records,
         figures=tuple(figures),
@@ -123,7 +89,7 @@ def answer_in_space(rig: RigInSpace, values: Mapping[str, float]) -> AnswerInSpa
     )
 
 
-def _loop(rig: RigInSpace, motion: Motion, amplitude_mm: float) -> _Loop:
+def _loop(rig: Rig, motion: Motion, amplitude_mm: float) -> _Loop:
     program = loop_program(-amplitude_mm if motion.both_ways else 0.0, amplitude_mm)
     run, wheels = _run(rig, motion.of_wheels(program)), motion.of_wheels(program)
     stored, plane = record_of(rig, wheels, run), facing_drive(program.drive_mm, run.bending_deg)
@@ -131,16 +97,14 @@ def _loop(rig: RigInSpace, motion: Motion, amplitude_mm: float) -> _Loop:
     return _Loop(motion, program, run, stored, record, plane)
 
 
-def _run(rig: RigInSpace, program: WheelProgram) -> SpatialSolution:
+def _run(rig: Rig, program: WheelProgram) -> SpatialSolution:
     run = solve_spatial(of_rig_in_space(rig), program.of_tendons(rig))
     if not np.isfinite(run.bending_deg).all():
         raise SolverError(f"rig {rig.name}: angles that are not finite")
     return run
 
 
-def _path(
-    rig: RigInSpace, loops: list[_Loop], amplitude_mm: float
-) -> tuple[SpatialSolution, SpatialSolution, WheelProgram]:
+def _path(rig: Rig, loops: list[_Loop], amplitude_mm: float) -> tuple[SpatialSolution, SpatialSolution, WheelProgram]:
     """Go round with friction and without; the only wheel of a rig through its loop."""
     if rig.wheel_count == 1:
         (one,) = loops
@@ -150,24 +114,18 @@ def _path(
     return _run(rig, program), _run(smooth_rig(rig), program), program
 
 
-def _strain(rig: RigInSpace, run: SpatialSolution) -> Floats:
-    return peak_strain(joint_row(rig.rig), np.radians(run.notches_deg[:, :, 2]), thrust_N=thrust_N(run.tensions_N))
+def _strain(rig: Rig, run: SpatialSolution) -> Floats:
+    return peak_strain(joint_row(rig.in_plane), np.radians(run.notches_deg[:, :, 2]), thrust_N=thrust_N(run.tensions_N))
 
 
-def _warnings(rig: RigInSpace, one: _Loop) -> list[str]:
+def _warnings(rig: Rig, one: _Loop) -> list[str]:
     tensions = one.run.tensions_N if len(rig.wheels) > 1 else None
-    found = warnings_of_run(rig.rig, one.program.drive_mm, _strain(rig, one.run), tensions)
+    found = warnings_of_run(rig, one.program.drive_mm, _strain(rig, one.run), tensions)
     return [f"{one.motion.name[0].upper()}{one.motion.name[1:]}: {words}" for words in found]
 
 
 def _plots(one: _Loop) -> tuple[Plot, Plot]:
-    """Chart the closed cycle of a motion, and the same less its backbone."""
-    closed = closed_cycle(one.record)
-    whole = one.record.drive[closed], one.record.angle_deg[closed]
-    return (
-        Plot("whole", f"{one.motion.name}: angle, deg", whole),
-        Plot("bare", f"{one.motion.name}: less backbone, deg", less_backbone(one.record)),
-    )
+    return loop_plots(one.record, f"{one.motion.name}: angle, deg", f"{one.motion.name}: less backbone, deg")
 
 
 def _path_plot(path: SpatialSolution, smooth: SpatialSolution) -> Plot:
@@ -175,10 +133,10 @@ def _path_plot(path: SpatialSolution, smooth: SpatialSolution) -> Plot:
     return Plot("path", "tip z, mm", tips[0], smooth=tips[1], x_label="tip y, mm", equal=True)
 
 
-def _mesh(rig: RigInSpace, path: SpatialSolution) -> MeshState:
+def _mesh(rig: Rig, path: SpatialSolution) -> MeshState:
     """Give the wrist where it bends most in both planes, else in one."""
     both = path.bending_deg.min(axis=1)
     at = int((both if both.max() > 1.0 else np.linalg.norm(path.bending_deg, axis=1)).argmax())
     stored = wrist_tube(rig, path.notches_deg[at, :, 2])
     parts = stored.points_mm, stored.triangles, stored.strain_percent
-    return mesh_of_parts(*parts, stored.tendons_mm, outer_mm(rig.rig))
+    return mesh_of_parts(*parts, stored.tendons_mm, outer_mm(rig))

@@ -9,7 +9,7 @@ import numpy as np
 
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
-from fem_models.rig.in_space import RigInSpace, read_any_rig
+from fem_models.rig.rig_file import read_any_rig
 from fem_models.spatial.drives import WheelProgram
 from fem_models.spatial.motion.compensated import compensated_wheels
 from fem_models.spatial.motion.run_record import simulate_in_space
@@ -37,7 +37,7 @@ def compensate_rig(rig: Path, reference: Path, out: Path, replacing: Overwrite, 
     target = out.with_name(out.stem + ENDING)
     replacing.allow([*files_of_record(out), target])
     chosen = read_any_rig(rig)
-    if isinstance(chosen, Rig):
+    if chosen.is_planar:
         raise RigError(
             f"{rig}: rig {chosen.name} bends in one plane: expected a record of it, CSV, or an identify.json"
         )
@@ -68,7 +68,7 @@ def compensate_rig(rig: Path, reference: Path, out: Path, replacing: Overwrite, 
 
 
 def follow(
-    rig: RigInSpace, wanted_deg: Floats, time_s: Floats | None = None, progress: Count | None = None
+    rig: Rig, wanted_deg: Floats, time_s: Floats | None = None, progress: Count | None = None
 ) -> tuple[Record, Record]:
     """Simulate the drives that follow wanted angles, shape (s, 2), and those of the wrist without friction and loop.
 

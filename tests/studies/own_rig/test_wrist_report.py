@@ -11,19 +11,21 @@ from browser import chromium, keep_picture, listen
 from fem_models.chain.parameters import ChainSettings
 from fem_models.chain.solve import solve_chain
 from fem_models.rig.checks import SolverError
-from fem_models.rig.in_space import rig_in_space, rig_in_space_of_tables
 from fem_models.rig.presets_in_space import any_preset
+from fem_models.rig.rig import rig_in_space
+from fem_models.rig.rig_file import any_rig_of_tables
 from fem_models.spatial.rig import of_rig_in_space
 from fem_models.spatial.solve import solve_spatial
 from hysteresis.records.record import RecordError
 from hysteresis.records.record_file import read_record
 from hysteresis.records.sidecar import toml
 from studies.commands.cli import call
-from studies.in_space import design_report
-from studies.in_space.design_report import FINE, WristDesign, wrist_report
-from studies.in_space.loops import motions_of, wheel_loop
+from studies.own_rig import wrist_report as design_report
+from studies.own_rig.design import Design
 from studies.own_rig.loops import write_loop
 from studies.own_rig.programs import programs_of_report
+from studies.own_rig.wheels import motions_of, wheel_loop
+from studies.own_rig.wrist_report import FINE, wrist_report
 from studies.report.parts.reach import read_reach
 from studies.results.wrist import read_wrist
 
@@ -56,7 +58,7 @@ def test_a_planar_rig_in_space_has_the_figures_of_the_planar_report(tmp_path):
     loop, theory = programs_of_report(2.2, both_ways=True)
     solution, planar = write_loop(rig, loop, theory, tmp_path, "planar")
     space = rig_in_space(rig)
-    design = WristDesign("space", "--rig space.toml", (space,), 2.2)
+    design = Design("space", "--rig space.toml", (space,), 2.2)
     summary = wrist_report(design, tmp_path, made=None, progress=False)
     (found,) = summary.loops
     for name in ("full_scale_deg", "loop_width_deg", "peak_strain_percent"):  # seen: up to 2e-4
@@ -78,7 +80,7 @@ def test_a_planar_rig_in_space_has_the_figures_of_the_planar_report(tmp_path):
 def test_four_wheels_that_bend_together_are_two_wheels_with_pairs():
     """Opposite tendons on wheels of their own, moved by the cosine of their angles, are moved as on one wheel."""
     tables = WRIST.to_dict() | {"tendons": {"angles_deg": [0, 180, 90, 270], "wheels": [1, 2, 3, 4]}}
-    four, loops = rig_in_space_of_tables(tables, "four"), []
+    four, loops = any_rig_of_tables(tables, "four"), []
     program, _ = programs_of_report(0.8, both_ways=True)
     for rig in (WRIST, four):
         for motion in motions_of(rig):

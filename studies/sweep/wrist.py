@@ -4,33 +4,44 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from fem_models.load import LoadProgram
-from fem_models.rig.in_space import RigInSpace
+from fem_models.rig import Rig
 from fem_models.spatial.drives import WheelProgram
 from fem_models.spatial.motion.workspace import tip_compliance, workspace
 from fem_models.spatial.rig import of_rig_in_space
 from fem_models.spatial.solve import SpatialSolution, solve_spatial
 from hysteresis.arrays import Floats
 from hysteresis.records.metrics import loop_width
-from studies.in_space.plane import lost_motion_mm, plane_of_loop
+from studies.own_rig.plane import lost_motion_mm, plane_of_loop
 
 CIRCLES, DIRECTIONS = 2, 24
 """Circles of the drives in a workspace, half the amplitude and all of it, and directions on each."""
 PLANES = 2
 """Wheels whose loops are taken, each while the others stand still."""
 SLACK = 0.01
-"""Share of the preload at which a tendon counts as slack, as in planar studies."""
+"""Share of the preload at which a tendon counts as slack: one with a toe region never loses all its tension."""
 
 
-def winds_both_ways(rig: RigInSpace) -> bool:
+@dataclass(frozen=True)
+class _Loop:
+    """The loop of one wheel, in the plane in which the tip bends most."""
+
+    full_scale_angle_deg: float
+    loop_width_deg: float
+    lost_motion_mm: float
+    across_deg: float
+
+
+def winds_both_ways(rig: Rig) -> bool:
     """Whether a wheel has two tendons, so that it can be driven either way."""
     return any(rig.winds_both_ways(wheel) for wheel in rig.wheels)
 
 
-def groups_in_space(rig: RigInSpace, program: LoadProgram, groups: Sequence[str]) -> Iterator[dict[str, float]]:
+def groups_in_space(rig: Rig, program: LoadProgram, groups: Sequence[str]) -> Iterator[dict[str, float]]:
     """Give the quantities of a case, group by group, so that those before an error are kept.
 
     Parameters
@@ -67,7 +78,7 @@ def groups_in_space(rig: RigInSpace, program: LoadProgram, groups: Sequence[str]
             }
 
 
-def _planes(rig: RigInSpace, program: LoadProgram) -> dict[str, float]:
+def _planes(rig: Rig, program: LoadProgram) -> dict[str, float]:
     """Loops of the first wheels, one after the other from rest."""
     found, tensions = dict[str, float](), list[Floats]()
     for k in range(min(PLANES, rig.wheel_count)):
@@ -75,7 +86,8 @@ def _planes(rig: RigInSpace, program: LoadProgram) -> dict[str, float]:
         wheels[:, k] = program.drive_mm
         run = solve_spatial(of_rig_in_space(rig), WheelProgram(wheels).of_tendons(rig))
         tensions.append(run.tensions_N)
-        found |= {f"{name}_{k + 1}_{unit}": value for (name, unit), value in _loop(program, run).items()}
+        numbers = [(*name.rsplit("_", 1), value) for name, value in vars(_loop(program, run)).items()]
+        found |= {f"{name}_{k + 1}_{unit}": value for name, unit, value in numbers}
     lowest = min(float(one.min()) for one in tensions)
     return found | {
         "tension_max_N": max(float(one.max()) for one in tensions),
@@ -84,13 +96,13 @@ def _planes(rig: RigInSpace, program: LoadProgram) -> dict[str, float]:
     }
 
 
-def _loop(program: LoadProgram, run: SpatialSolution) -> dict[tuple[str, str], float]:
-    """Measure the loop of one wheel, by name and unit, in the plane in which the tip bends most."""
+def _loop(program: LoadProgram, run: SpatialSolution) -> _Loop:
+    """Measure the loop of one wheel."""
     plane = plane_of_loop(run.bending_deg)
     lost = lost_motion_mm(program, plane)
-    return {
-        ("full_scale_angle", "deg"): float(np.abs(plane.angle_deg).max()),
-        ("loop_width", "deg"): loop_width(program.drive_mm, plane.angle_deg, program.cycle).max_deg,
-        ("lost_motion", "mm"): math.nan if lost is None else lost,
-        ("across", "deg"): plane.across_deg,
-    }
+    return _Loop(
+        full_scale_angle_deg=float(np.abs(plane.angle_deg).max()),
+        loop_width_deg=loop_width(program.drive_mm, plane.angle_deg, program.cycle).max_deg,
+        lost_motion_mm=math.nan if lost is None else lost,
+        across_deg=plane.across_deg,
+    )

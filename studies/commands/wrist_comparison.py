@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rich.table import Table
 
-from fem_models.rig.in_space import RigInSpace
+from fem_models.rig import Rig
 from fem_models.spatial.stiffness import NotchStiffness
 from hysteresis.plain import optional
 from studies.commands.options import Common, Overwrite
@@ -36,9 +36,7 @@ class WristComparison:
     made: Made | None = optional()
 
 
-def validate_in_space(
-    rig: RigInSpace, amplitude_mm: float | None, out: Path, replacing: Overwrite, common: Common
-) -> None:
+def validate_in_space(rig: Rig, amplitude_mm: float | None, out: Path, replacing: Overwrite, common: Common) -> None:
     """Compare the models of a rig in space, and write and print the result.
 
     Raises
@@ -48,7 +46,7 @@ def validate_in_space(
     """
     target, made = out / FILE_IN_SPACE, made_now(common.command)
     replacing.allow([target])
-    amplitude = amplitude_mm or drive_to_angle_mm(rig.rig, ANGLE_DEG)
+    amplitude = amplitude_mm or drive_to_angle_mm(rig.in_plane, ANGLE_DEG)
     with steps(common.shows_progress, total=rig.joints + 2) as step:
         found = compare_in_space(rig, amplitude_mm=amplitude, progress=step)
     result = WristComparison(1, **vars(found), made=made)

@@ -10,8 +10,9 @@ from browser import chromium, ink, keep_picture, listen, require_browser, servin
 
 from fem_models.rig import preset
 from fem_models.rig.checks import RigError, SolverError
-from fem_models.rig.in_space import read_any_rig, rig_in_space, rig_in_space_of_tables
 from fem_models.rig.presets_in_space import any_preset
+from fem_models.rig.rig import rig_in_space
+from fem_models.rig.rig_file import any_rig_of_tables, read_any_rig
 from fem_models.spatial.drives import circle
 from fem_models.spatial.motion.run_record import simulate_in_space
 from hysteresis.records.record_file import read_record, write_record
@@ -70,7 +71,7 @@ def test_a_circle_is_round_in_the_page():
 
 
 def test_three_wheels_bend_towards_y_and_z():
-    rig = rig_in_space_of_tables(WRIST.to_dict() | {"tendons": {"angles_deg": [0, 120, 240]}}, "three")
+    rig = any_rig_of_tables(WRIST.to_dict() | {"tendons": {"angles_deg": [0, 120, 240]}}, "three")
     found = answer_of(rig, start_of(rig, 0.8))
     assert list(found.records) == ["-towards-y", "-towards-z", "-path"]
 
@@ -118,7 +119,7 @@ def served(tmp_path_factory):
     """Address of an app whose rig in space and record have hostile names."""
     require_browser()
     folder = tmp_path_factory.mktemp("hostile")
-    rig = replace(WRIST, rig=replace(WRIST.rig, name=EVIL))
+    rig = replace(WRIST, name=EVIL)
     (folder / "rig.toml").write_text(rig_text(rig))
     write_record(replace(simulate_in_space(WRIST, circle(0.6)), title=EVIL + "{{6*7}}"), folder / "bench.csv")
     with serving("--rig", str(folder / "rig.toml"), "--record", str(folder / "bench.csv")) as address:

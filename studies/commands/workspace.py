@@ -10,7 +10,6 @@ import numpy as np
 import typer
 
 from fem_models.rig import Rig, RigError
-from fem_models.rig.in_space import RigInSpace
 from fem_models.spatial.motion.workspace import TipCompliance, Workspace, tip_compliance, workspace
 from hysteresis.arrays import Floats
 from hysteresis.attempts import attempt
@@ -18,7 +17,7 @@ from hysteresis.files import write_files
 from hysteresis.own import marked_png
 from studies.commands.options import Common, Out, Overwrite, RigChoice
 from studies.commands.tables import values_table
-from studies.in_space.loops import motions_of
+from studies.own_rig.wheels import motions_of
 from studies.progress import counted
 from studies.results import write_result
 from studies.results.made import Made, made_now
@@ -39,7 +38,7 @@ def workspace_of_rig(
 ) -> None:
     """Find what the tip of a rig in space reaches, with friction and without, and what force moves it."""
     chosen = rig.read_any()
-    if isinstance(chosen, Rig):
+    if chosen.is_planar:
         raise RigError(f"rig {chosen.name} bends in one plane: expected a rig in space, whose notches are turned")
     targets = [out / name for name in FILES]
     replacing.allow(targets)
@@ -53,7 +52,7 @@ def workspace_of_rig(
     common.show(summary, values_table(numbers), *map(_line, summary.compliance), wrote, *failed)
 
 
-def compliance_of(rig: RigInSpace, amplitude_mm: float) -> tuple[ComplianceAt, ...]:
+def compliance_of(rig: Rig, amplitude_mm: float) -> tuple[ComplianceAt, ...]:
     """Give the tip compliance of the straight wrist, and bent by each motion of its wheels at an amplitude.
 
     Raises
@@ -66,7 +65,7 @@ def compliance_of(rig: RigInSpace, amplitude_mm: float) -> tuple[ComplianceAt, .
 
 
 def write_workspace(
-    rig: RigInSpace,
+    rig: Rig,
     amplitude_mm: float,
     found: Workspace,
     compliance: tuple[ComplianceAt, ...],

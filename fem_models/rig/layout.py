@@ -1,4 +1,4 @@
-"""The keys of a rig file that take a rig into space: turned notches, tendons round the tube, loads in any direction."""
+"""The layout of a rig that bends in space, and its keys in a rig file: turned notches, tendons, loads."""
 
 from __future__ import annotations
 
@@ -7,7 +7,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from fem_models.rig.checks import RigError, require_in_range
+import numpy as np
+
+from fem_models.rig.checks import RigError, require, require_in_range
+from hysteresis.arrays import Floats
 from hysteresis.messages import as_given, listed, quoted
 from hysteresis.records.rows import is_number
 
@@ -19,6 +22,8 @@ IN_SPACE = (
     "expected a planar rig here"
 )
 """End of the message of everything that knows planar rigs only."""
+KNOWN_EFFECTS = ("closure", "gravity", "tip_load", "tip_mass")
+"""Effects of a rig that the chain in space has, too."""
 _LOADS = ("tendons", "tip_load", "gravity", "tip_mass")
 """Keys that may say something of space, beside the turn of the notches."""
 _PLANAR = (((0.0,), (1,)), ((0.0, 180.0), (1, 1)))
@@ -34,8 +39,68 @@ class Weight:
 
 
 @dataclass(frozen=True)
-class SpaceKeys:
-    """What a rig file says of space.
+class Layout:
+    """What makes a rig bend in space.
+
+    Parameters
+    ----------
+    turns_deg
+        Turn of each notch about the tube axis, from y towards z.
+    angles_deg
+        Angles of the tendons round the tube, from y towards z. Two are tendons a and b of the rig; of any other number
+        all are like tendon a.
+    wheels
+        Number of the wheel of each tendon, from 1. The first tendon of a wheel is wound in by a positive drive, the
+        second one is let out.
+    tip_force_N, ring, tip
+        Dead force at the tip, weight of one ring and of a mass at the tip, with a direction in space, in addition to
+        the planar loads of the rig, which act in y.
+
+    Raises
+    ------
+    RigError
+        Angles out of their range, or a number of wheels other than that of the tendons.
+    """
+
+    turns_deg: tuple[float, ...]
+    angles_deg: tuple[float, ...]
+    wheels: tuple[int, ...]
+    tip_force_N: Space = (0.0, 0.0, 0.0)
+    ring: Weight | None = None
+    tip: Weight | None = None
+
+    def __post_init__(self) -> None:
+        for turn in (*self.turns_deg, *self.angles_deg):
+            require_in_range("turn_deg", turn)
+        wheels = len(self.wheels)
+        require(wheels == len(self.angles_deg), "tendons.wheels", f"{wheels} wheels", "one for each tendon")
+
+    def in_tables(self, planar: Mapping[str, Any]) -> dict[str, str | float | dict[str, Any]]:
+        """Add the layout to the tables of the planar rig, as a rig file has them."""
+        out, same = dict(planar), all(turn == self.turns_deg[0] for turn in self.turns_deg)
+        out["notch"] = out["notch"] | {"turn_deg": self.turns_deg[0] if same else list(self.turns_deg)}
+        out["tendons"] = {"angles_deg": list(self.angles_deg), "wheels": list(self.wheels)}
+        out["tendon"] = out.pop("tendon_a")
+        out.pop("tendon_b", None)
+        if any(self.tip_force_N):
+            out["tip_load"] = {"force_N": list(self.tip_force_N)}
+        for table, mass, weight in (("gravity", "ring_mass_g", self.ring), ("tip_mass", "mass_g", self.tip)):
+            if weight is not None:
+                out[table] = {mass: weight.mass_g, "direction": list(weight.direction)}
+        return out
+
+
+def winding(wheels: Sequence[int]) -> Floats:
+    """Give what a drive of each wheel winds in of each tendon: 1, -1 or 0, shape (wheels, tendons)."""
+    out = np.zeros((max(wheels), len(wheels)))
+    for j, wheel in enumerate(wheels):
+        out[wheel - 1, j] = -1.0 if wheel in wheels[:j] else 1.0
+    return out
+
+
+@dataclass(frozen=True)
+class LayoutKeys:
+    """What a rig file says of the layout.
 
     Parameters
     ----------
@@ -60,7 +125,7 @@ class SpaceKeys:
     tip: Weight | None = None
 
 
-def split_tables(tables: Mapping[str, Any], where: str) -> tuple[dict[str, Any], SpaceKeys | None]:
+def split_tables(tables: Mapping[str, Any], where: str) -> tuple[dict[str, Any], LayoutKeys | None]:
     """Divide the tables of a rig file into those of a planar rig and what takes it into space.
 
     ``[[notch]]`` rows are a table already. None is a planar rig: no notch is turned, tendons are at 0, or at 0 and 180
@@ -89,7 +154,7 @@ def split_tables(tables: Mapping[str, Any], where: str) -> tuple[dict[str, Any],
     found = [name for name, is_there in keys.items() if is_there]
     if not found:
         return data, None
-    return data, SpaceKeys(found[0], turns, angles, wheels, force or (0.0, 0.0, 0.0), ring, tip)
+    return data, LayoutKeys(found[0], turns, angles, wheels, force or (0.0, 0.0, 0.0), ring, tip)
 
 
 def _turns(data: dict[str, Any], where: str) -> float | tuple[float, ...]:

@@ -13,12 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from fem_models.rig import RigError
+from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
-from fem_models.rig.in_space import RigInSpace, read_any_rig
 from fem_models.rig.joints import NotchedTube
-from fem_models.rig.presets_in_space import PRESETS_IN_SPACE
-from fem_models.rig.rig import numeric_fields, with_joint
+from fem_models.rig.rig import with_joint
 from fem_models.spatial.drives import WheelProgram, circle, round_axes
 from fem_models.spatial.motion.run_record import record_of
 from fem_models.spatial.motion.workspace import smooth_rig, workspace
@@ -29,16 +27,16 @@ from hysteresis.own import is_own
 from hysteresis.records.record import Record
 from hysteresis.records.record_file import write_record
 from studies.commands.first_report import versions_found
-from studies.in_space.loops import motions_of, wheel_loop
-from studies.in_space.picture import draw_wrist
-from studies.in_space.workspace import compliance_of, write_workspace
-from studies.own_rig.numbers import numbers_of_file, with_preloads
+from studies.commands.workspace import compliance_of, write_workspace
+from studies.own_rig.design import Design, files_replaced, numbers_of_design, remove_earlier
+from studies.own_rig.loops import draw_rig
 from studies.own_rig.programs import programs_of_report
+from studies.own_rig.wheels import motions_of, wheel_loop
 from studies.progress import steps
 from studies.results import write_result
 from studies.results.files import file_stem
 from studies.results.made import Made
-from studies.results.run import NOT_DRAWN, RigNumber, checksums
+from studies.results.run import NOT_DRAWN, checksums
 from studies.results.workspace import FILES as WORKSPACE_FILES
 from studies.results.workspace import ComplianceAt
 from studies.results.wrist import FILE, NotchInSpace, TendonInSpace, TipPath, WheelLoop, WristSummary, read_wrist
@@ -52,20 +50,6 @@ _MOST_STEP_MM = 0.1
 Step = Callable[[str], None]
 
 
-@dataclass(frozen=True)
-class WristDesign:
-    """A rig in space at each of its preloads, and how it is named: ``option`` on a command line, ``name`` in files.
-
-    ``file`` is the rig file, None of a preset.
-    """
-
-    name: str
-    option: str
-    rigs: tuple[RigInSpace, ...]
-    amplitude_mm: float
-    file: Path | None = None
-
-
 @dataclass
 class _Found:
     """What a report has collected so far: records by name, loops, paths, and what was left out."""
@@ -76,16 +60,14 @@ class _Found:
     notes: list[str] = field(default_factory=list)
 
 
-def files_of_wrist(out: Path, design: WristDesign) -> list[Path]:
+def files_of_wrist(out: Path, design: Design) -> list[Path]:
     """Give the files of a folder that :func:`wrist_report` may replace, but the records of an earlier report."""
     patterns = ("run.json", "report.html", "tube.*", "trace*.json", "separate*.json", *WORKSPACE_FILES)
-    found = [path for pattern in patterns for path in sorted(out.glob(pattern))]
     known = read_wrist(out).sha256 if is_own(out / FILE) else {}
-    of_records = [path for end in ("csv", "toml") for path in out.glob(f"records/{file_stem(design.name)}-*.{end}")]
-    return [out / FILE, *found, *(path for path in of_records if path.stem not in known)]
+    return [out / FILE, *files_replaced(out, patterns, [f"{file_stem(design.name)}-*"], known)]
 
 
-def wrist_report(design: WristDesign, out: Path, *, made: Made | None, progress: bool = True) -> WristSummary:
+def wrist_report(design: Design, out: Path, *, made: Made | None, progress: bool = True) -> WristSummary:
     """Write the results of a report into ``out`` and return the summary that is stored as ``wrist.json``.
 
     Summary and page of an earlier run are removed first, and ``wrist.json`` is written last, before the picture. What
@@ -96,9 +78,7 @@ def wrist_report(design: WristDesign, out: Path, *, made: Made | None, progress:
     SolverError, RigError, RecordError
         A rig whose wheels cannot follow the drive one by one, or a folder that cannot be written to.
     """
-    stale = [out / name for name in (FILE, "run.json", "report.html", *WORKSPACE_FILES)]
-    for path in [*stale, *out.glob("trace*.json"), *out.glob("separate*.json")]:
-        path.unlink(missing_ok=True)  # of an earlier report; the page would show them as those of this one
+    remove_earlier(out, (FILE, "run.json", "report.html", *WORKSPACE_FILES))
     found, last = _Found(), design.rigs[-1]
     with steps(progress, total=len(design.rigs) * (len(motions_of(last)) + 1) + 3) as step:
         for rig in design.rigs:
@@ -111,7 +91,7 @@ def wrist_report(design: WristDesign, out: Path, *, made: Made | None, progress:
             option=design.option,
             amplitude_mm=design.amplitude_mm,
             versions=versions_found(),
-            rig=_numbers(design),
+            rig=numbers_of_design(design),
             notches=_notches(last),
             tendons=_tendons(last),
             loops=tuple(found.loops),
@@ -125,7 +105,7 @@ def wrist_report(design: WristDesign, out: Path, *, made: Made | None, progress:
         write_result(out / FILE, summary)
         step("drawing the wrist")
         shown = found.paths[-1].record if found.paths else found.loops[-1].record
-        summary = replace(summary, picture=draw_wrist(last, found.records[shown], out))
+        summary = replace(summary, picture=draw_rig(last, found.records[shown], out))
     write_result(out / FILE, summary)
     return summary
 
@@ -133,37 +113,16 @@ def wrist_report(design: WristDesign, out: Path, *, made: Made | None, progress:
 # --- geometry -----------------------------------------------------------------------------------------------------
 
 
-def _numbers(design: WristDesign) -> tuple[RigNumber, ...]:
-    """Give every number of the rig with its source: that of the preset, the rig file, or a default.
-
-    The preload is the file's or the preset's, too; a note says where the loops have others.
-    """
-    if design.file is not None:
-        rig = read_any_rig(design.file)
-        rows = numbers_of_file(numeric_fields(rig.rig if isinstance(rig, RigInSpace) else rig), design.file)
-    else:
-        rows = _numbers_of_preset(design.rigs[-1])
-    return with_preloads(rows, [rig.preload_N for rig in design.rigs])
-
-
-def _numbers_of_preset(rig: RigInSpace) -> tuple[RigNumber, ...]:
-    known = PRESETS_IN_SPACE.get(rig.name)
-    sources = {} if known is None else known.sources
-    numbers = numeric_fields(rig.rig if known is None else known.rig.rig)
-    found = {name: (source.kind, source.note) for name, source in sources.items()}
-    return tuple(RigNumber(name, value, *found.get(name, ("given", ""))) for name, value in numbers.items())
-
-
-def _notches(rig: RigInSpace) -> tuple[NotchInSpace, ...]:
+def _notches(rig: Rig) -> tuple[NotchInSpace, ...]:
     joints, out = of_rig_in_space(rig).joints, list[NotchInSpace]()
     for number, joint in enumerate(joints):
-        one = with_joint(rig.rig, number).joint
+        one = with_joint(rig.in_plane, number).joint
         assert isinstance(one, NotchedTube)  # a rig in space has no measured joints
-        assert isinstance(rig.rig.joint, NotchedTube)
+        assert isinstance(rig.joint, NotchedTube)
         stiff = joint.stiffness
         out.append(
             NotchInSpace(
-                middle_mm=float(rig.rig.joint.places().middles[number]),
+                middle_mm=float(rig.joint.places().middles[number]),
                 turn_deg=rig.turns_deg[number],
                 depth_mm=one.cut.depth_mm,
                 width_mm=one.cut.width_mm,
@@ -176,7 +135,7 @@ def _notches(rig: RigInSpace) -> tuple[NotchInSpace, ...]:
     return tuple(out)
 
 
-def _tendons(rig: RigInSpace) -> tuple[TendonInSpace, ...]:
+def _tendons(rig: Rig) -> tuple[TendonInSpace, ...]:
     wound_in = rig.winding().max(axis=0) > 0
     places = zip(rig.angles_deg, rig.wheels, wound_in.tolist(), rig.tendons, strict=True)
     return tuple(
@@ -188,7 +147,7 @@ def _tendons(rig: RigInSpace) -> tuple[TendonInSpace, ...]:
 # --- motion -------------------------------------------------------------------------------------------------------
 
 
-def _run(rig: RigInSpace, program: WheelProgram, title: str) -> tuple[SpatialSolution, Record]:
+def _run(rig: Rig, program: WheelProgram, title: str) -> tuple[SpatialSolution, Record]:
     run = solve_spatial(of_rig_in_space(rig), program.of_tendons(rig), FINE)
     record = record_of(rig, program, run)
     return run, replace(record, title=f"{record.title}, {title}")
@@ -200,7 +159,7 @@ def _store(found: _Found, out: Path, name: str, record: Record) -> str:
     return name
 
 
-def _loops(design: WristDesign, rig: RigInSpace, out: Path, found: _Found, step: Step) -> None:
+def _loops(design: Design, rig: Rig, out: Path, found: _Found, step: Step) -> None:
     """Run each motion by itself, with friction and without."""
     for motion in motions_of(rig):
         name = f"{file_stem(design.name)}-{rig.preload_N:g}N-{motion.name.replace(' ', '-')}"
@@ -212,7 +171,7 @@ def _loops(design: WristDesign, rig: RigInSpace, out: Path, found: _Found, step:
         found.loops.append(wheel_loop(rig, motion, loop, run, names))
 
 
-def _path(design: WristDesign, rig: RigInSpace, out: Path, found: _Found, step: Step) -> None:
+def _path(design: Design, rig: Rig, out: Path, found: _Found, step: Step) -> None:
     """Move all wheels once round, with friction and without; one wheel through its loop."""
     name, amplitude = f"{file_stem(design.name)}-{rig.preload_N:g}N-path", design.amplitude_mm
     step(f"simulating {name}")
@@ -245,7 +204,7 @@ def _path(design: WristDesign, rig: RigInSpace, out: Path, found: _Found, step: 
     )
 
 
-def _compliance(design: WristDesign, found: _Found, step: Step) -> tuple[ComplianceAt, ...]:
+def _compliance(design: Design, found: _Found, step: Step) -> tuple[ComplianceAt, ...]:
     step("tip compliance")
     try:
         return compliance_of(design.rigs[-1], design.amplitude_mm)
@@ -255,7 +214,7 @@ def _compliance(design: WristDesign, found: _Found, step: Step) -> tuple[Complia
 
 
 def _workspace(
-    design: WristDesign,
+    design: Design,
     compliance: tuple[ComplianceAt, ...],
     out: Path,
     found: _Found,

@@ -1,1 +1,0 @@
-"""Rigs that bend in space: their runs, workspace and compensation as commands."""
