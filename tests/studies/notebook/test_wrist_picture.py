@@ -66,7 +66,7 @@ def test_strain_at_the_root_is_that_of_the_joint():
     """Closed form: the strain of the outermost fibre per radian of a notch, times the angle of the most bent one."""
     angles = np.linspace(0.5, 3.0, WRIST.joints)
     strain = wrist_surface(WRIST, angles).strain_percent
-    expected = 100 * joint_row(WRIST.rig).first.peak_strain_per_rad * np.radians(3.0)
+    expected = 100 * joint_row(WRIST).first.peak_strain_per_rad * np.radians(3.0)
     # the edge of a notch lies between two of the 72 corners round the tube; seen: 1.7 % more
     assert strain.max() == pytest.approx(expected, rel=0.03)
     assert strain.min() == 0

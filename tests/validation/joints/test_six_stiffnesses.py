@@ -58,7 +58,7 @@ def test_a_model_without_equilibrium_is_left_out_with_a_note(monkeypatch):
         raise SolverError("none found")
 
     monkeypatch.setattr(six_stiffnesses, "solve_spatial_multibody", fails)
-    alike = replace(WRIST, rig=with_notch(WRIST.rig, replace(NOTCH, depth_mm=1.6)))
+    alike = with_notch(WRIST, replace(NOTCH, depth_mm=1.6))
     found = compare_in_space(alike, amplitude_mm=0.1, refinement=0.3)
     assert found.notes == ("multibody, section: none found",) * 2
     assert [len(models) for models in found.bent] == [2, 2]

@@ -96,7 +96,7 @@ def equal_planes(tmp_path_factory):
 def run_of_multibody(equal, turn_deg):
     """The drives and what the Exudyn model does in them; records of the same turn differ in what their sensors add."""
     dry = replace(equal.friction, capstan_coefficient=0.08, sheath_N=0.06)
-    chain = of_rig_in_space(replace(equal, rig=replace(equal.rig, friction=dry)))
+    chain = of_rig_in_space(replace(equal, friction=dry))
     program = first_wheel(sine(0.3, 0.1, cycles=2, samples_per_cycle=16), equal)
     turned = tuple(replace(one, angle_deg=one.angle_deg + turn_deg) for one in chain.tendons)
     return program, solve_spatial_multibody(replace(chain, tendons=turned), program.of_tendons(equal))
