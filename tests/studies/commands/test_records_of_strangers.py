@@ -151,9 +151,9 @@ def test_separate_refuses_an_angle_of_the_other_sign():
 
 
 @pytest.mark.slow
-def test_separate_warns_of_an_angle_in_rad():
-    (words,) = [w for w in separate_records([declared(np.pi / 180)]).warnings if "not those of this record" in w]
-    assert "expected degrees and mm" in words
+def test_separate_refuses_an_angle_in_rad():
+    with pytest.raises(RecordError, match=r"b\.csv: the angle covers .* by its rig: expected degrees and mm"):
+        separate_records([declared(np.pi / 180)])
     assert not [w for w in separate_records([declared(1.0)]).warnings if "not those of this record" in w]
 
 
