@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from full_widths import preset_of_full_widths
 
 from benchmarks.spoiled_records import drawn
 from fem_models.analytic import theory_curve
@@ -48,6 +49,7 @@ SPOILED = {
 }
 
 
+@preset_of_full_widths()
 def test_readings_lost_in_a_row_are_left_out_where_the_angle_moves_on_meanwhile():
     case = drawn(535128, 933)
     assert reading_words(case.records[:1]) == ("4 of 118 angles are isolated spikes, which are left out",)
@@ -95,6 +97,7 @@ def test_what_is_no_record_of_the_rig_is_told():
 
 
 @pytest.mark.parametrize("number", [4, 44, 80])
+@preset_of_full_widths()
 def test_a_loop_of_the_material_that_a_first_fit_misses_is_found(number):
     """The first fit ends at three times the slip angle, with a residual near the noise."""
     case = drawn(12, number)
@@ -123,6 +126,7 @@ def test_intervals_are_wider_by_what_the_rig_leaves_over_the_noise(monkeypatch):
 
 
 @pytest.mark.slow
+@preset_of_full_widths()
 def test_intervals_reach_another_optimum_that_explains_the_records_alike():
     """Of these clean records a loop of the material of 6.8 deg fits a little better than the true one of 2.2 deg."""
     case = drawn(933145, 80)

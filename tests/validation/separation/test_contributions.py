@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from full_widths import full_widths
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -25,7 +26,8 @@ from validation.separation import calibrate_rig, loop_program, separate
 from validation.separation.contributions import SETS, SOURCES, closed_loop, divide, shapley, shapley_shares, switched
 from validation.separation.priors import PRIORS, stated_values, with_values
 
-RIG = preset("du2018", preload_N=20.0)
+RIG = full_widths()
+PRESET = preset("du2018", preload_N=20.0)
 PROGRAM = loop_program(-2.2, 2.2)
 NO_MATERIAL = replace(RIG, material=replace(RIG.material, loop_share=0.0))
 NO_FRICTION = replace(RIG, friction=Friction())
@@ -46,7 +48,7 @@ def found():
 
 def measured_loop(preload: float, seed: int, amplitude: float = 2.2) -> Record:
     """Simulate a measured loop: the preset with the parameters TRUTH, and noise of 0.02 deg."""
-    rig = with_values(replace(RIG, preload_N=preload), TRUTH)
+    rig = with_values(replace(PRESET, preload_N=preload), TRUTH)
     run = simulate_chain(rig, triangle(amplitude, cycles=2))
     angle = run.angle_deg + 0.02 * np.random.default_rng(seed).standard_normal(run.drive.size)
     return Record(drive=run.drive, angle_deg=angle, rig={"preset": "du2018", "preload_N": preload}, title="bench")
@@ -82,7 +84,7 @@ def test_parts_agree_with_the_energy_balance_of_the_engine(found):
     energy = divide(found.values("dissipated_mJ"))
     # elasticity and interaction dissipate nothing; they change what the two losses dissipate
     assert energy["friction"] == pytest.approx(found.whole.friction_mJ, rel=0.1)
-    assert energy["material"] == pytest.approx(found.whole.material_mJ, rel=0.12)  # 5.34 and 4.83 mJ
+    assert energy["material"] == pytest.approx(found.whole.material_mJ, rel=0.1)
 
 
 def test_a_stiffened_tendon_has_a_negligible_loop(found):
@@ -96,11 +98,11 @@ def test_a_stiffened_tendon_has_a_negligible_loop(found):
 
 @pytest.mark.parametrize("preload", [5.0, 6.0])
 def test_a_stiffened_tendon_may_go_slack(preload):
-    # bending to 45 deg releases more than the preload of an inextensible tendon; the rig's own tendons keep 1.4 N
+    # bending to 45 deg releases more than the preload of an inextensible tendon; the rig's own tendons keep 2 N
     rig = replace(RIG, preload_N=preload)
     found = separate(rig, PROGRAM)
     assert min(tension.min() for tension in tensions(found.loops[frozenset()])) == 0
-    assert min(tension.min() for tension in tensions(found.whole)) > 1.4
+    assert min(tension.min() for tension in tensions(found.whole)) > 2
     assert abs(found.closure_percent) < 1
     # half the stiffness gives the same result: converged
     stiff = switched(rig, frozenset())
@@ -212,7 +214,7 @@ def of_both():
 
 def test_parameters_are_recovered_from_noisy_loops_within_their_intervals(of_both):
     assert of_both.rmse_deg == pytest.approx(0.02, rel=0.1)  # the noise of the record
-    stated = stated_values(RIG)  # arm, depth, modulus and free length are as stated
+    stated = stated_values(PRESET)  # arm, depth, modulus and free length are as stated
     assert set(of_both.parameters) == set(stated) - {"backlash_takes_up_N"}  # the likeliest rig has no play
     for name, parameter in of_both.parameters.items():
         half, true = 0.5 * (parameter.high - parameter.low), TRUTH.get(name, stated[name])
@@ -223,7 +225,7 @@ def test_parameters_are_recovered_from_noisy_loops_within_their_intervals(of_bot
 
 def test_what_the_records_do_not_tell_is_as_open_as_its_tolerance(of_both):
     length = of_both.parameters["free_length_mm"]  # it acts as EA does
-    expected = 2 * 1.96 * PRIORS["free_length_mm"].spread * RIG.tendon_a.free_length_mm
+    expected = 2 * 1.96 * PRIORS["free_length_mm"].spread * PRESET.tendon_a.free_length_mm
     assert length.high - length.low == pytest.approx(expected, rel=0.35)
 
 
