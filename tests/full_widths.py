@@ -1,4 +1,4 @@
-"""The preset du2018 of 0.1.0, docs/validation/calibration.md: its paper's loop widths as full widths, a sheath of 1.4 N.
+"""The preset du2018 of 0.1.0 (docs/validation/calibration.md): its paper's widths as full widths, a sheath of 1.4 N.
 
 For tests of what weak friction leaves to see, and for cases of sets that were drawn about it.
 """
