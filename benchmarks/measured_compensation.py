@@ -8,8 +8,8 @@ the drive: measured less modelled angle, root mean square. Along the first third
 the logged drive, so that its history is known, and in the second half of it learns: the zero alone, or zero, gain and
 width (re-identified). The other two thirds are judged, and nothing is learnt there. "Outside" says that the estimator
 found the device to have left the region of the fit. Each law is identified without and with a delay, and the smaller
-error on held-out parts of what it is identified on chooses. "Without" is the best curve without hysteresis, with its zero
-from the first third. The noise is what the law cannot go below.
+error on held-out parts of what it is identified on chooses. "Without" is the best curve without hysteresis, with its
+zero from the first third. The noise is what the law cannot go below.
 """
 
 from __future__ import annotations
@@ -127,7 +127,15 @@ def one_pair(names: tuple[str, str], law: str) -> Pair:
         outside = bool(state.flags & OUTSIDE_FIT)
         errors.append(rms(angle[known:] - drift.zero_deg - drift.gain * f[known:] - h))
     plain = angle - best_curve.plain(np.clip(thinned(whole).drive, low, high))
-    return Pair(*names, fit.law_title, fit.delay_s, fit.noise_floor_deg, rms(plain[known:] - plain[:known].mean()), *errors, outside)
+    return Pair(
+        *names,
+        fit.law_title,
+        fit.delay_s,
+        fit.noise_floor_deg,
+        rms(plain[known:] - plain[:known].mean()),
+        *errors,
+        outside,
+    )
 
 
 def learnt(fit: Fit, f: Floats, angle: Floats, settings: RecursionSettings) -> Recursion:
@@ -164,7 +172,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         one = one_pair(names, options.law)
         errors = f"{one.without_deg:.3f} | {one.fixed_deg:.3f} | {one.reidentified_deg:.3f}"
         factors = f"{one.without_deg / one.fixed_deg:.1f}, {one.without_deg / one.reidentified_deg:.1f}"
-        row = f"| {one.identified_on} | {one.held_out} | {one.law} | {one.delay_s:.3f} | {one.noise_deg:.3f} | {errors} | {factors}"
+        law = f"{one.law} | {one.delay_s:.3f} | {one.noise_deg:.3f}"
+        row = f"| {one.identified_on} | {one.held_out} | {law} | {errors} | {factors}"
         sys.stdout.write(f"{row} | {'yes' if one.outside else 'no'} |\n")
         sys.stdout.flush()
 

@@ -1,4 +1,4 @@
-"""A fit whose angle lags the drive: what the C files say of it, and learning on line beside a delay, as the page shows."""
+"""A fit whose angle lags the drive: what the C files say of it, and learning on line beside a delay."""
 
 import re
 import subprocess

@@ -130,7 +130,9 @@ def test_a_drive_is_due_before_the_angle_by_the_delay(tmp_path, capsys):
     assert "missing: the angle is 0." in capsys.readouterr().err
     times = np.arange(0.0, 20.0, 0.05)
     wanted = 25 * np.sin(0.9 * times)
-    reference.write_text("time_s,angle_deg\n" + "".join(f"{t!r},{a!r}\n" for t, a in zip(times.tolist(), wanted.tolist(), strict=True)))
+    reference.write_text(
+        "time_s,angle_deg\n" + "".join(f"{t!r},{a!r}\n" for t, a in zip(times.tolist(), wanted.tolist(), strict=True))
+    )
     assert call([*given, "--json"]) == 0
     shown = json.loads(capsys.readouterr().out)
     assert shown["delay_s"] == pytest.approx(0.2, abs=0.01)
