@@ -34,10 +34,6 @@ class Layer(Protocol):
     def drive_range(self) -> tuple[float, float]:
         """Ends of the drives of the records."""
 
-    @property
-    def delay_s(self) -> float:
-        """Delay of the angle behind the drive."""
-
     def f(self, drive: Floats, /) -> Floats:
         """Single-valued part of the angle, shape (m,) -> (m,), deg."""
 
@@ -171,7 +167,7 @@ def compensating_drive(fit: Layer, reference_deg: ArrayLike, start_drive: float)
     Parameters
     ----------
     fit
-        An identified model without delay.
+        An identified model. Its delay does not matter here: the drives are due that much before the angles.
     reference_deg
         Shape (m,), the desired angle, in chronological order.
     start_drive
@@ -185,10 +181,8 @@ def compensating_drive(fit: Layer, reference_deg: ArrayLike, start_drive: float)
     Raises
     ------
     ValueError
-        A delay, an f without inverse, or a reference that needs a drive beyond those of the records.
+        An f without inverse, or a reference that needs a drive beyond those of the records.
     """
-    if fit.delay_s > 0:
-        raise ValueError("the fit has a delay: expected one without, a drive cannot act before its time")
     start = float(fit.f(np.array([start_drive]))[0])
     path = inverse_hysteresis(reference_deg, fit.elements, start)
     return inverse_curve(fit.f, path, fit.drive_range)

@@ -146,16 +146,21 @@ def compensated(
     Returns
     -------
     columns
-        Of the file to write: the drive in the unit of the record, the angle to follow, and the times, if any.
+        Of the file to write: the drive in the unit of the record, the angle to follow, and the times, if any. Where the
+        angle lags the drive by a delay, the times are that much earlier, and the angles those of these times.
     summary
         Errors of the layer, and how much it changes the drive.
 
     Raises
     ------
     RecordError
-        A reference beyond the range of the layer, or a layer that has no inverse; one line.
+        A reference beyond the range of the layer, one without times where the layer has a delay, or a layer that has no
+        inverse; one line.
     """
     wanted = reference["angle_deg"]
+    if layer.delay_s > 0 and "time_s" not in reference:
+        found = f"the angle is {layer.delay_s:.3g} s behind the drive by {layer.source}"
+        raise RecordError(f"{where}: column 'time_s': missing: {found}: expected the times of the angles")
     try:
         drive = compensating_drive(layer, wanted, layer.first_drive)
         plain = uncompensated_drive(layer, np.clip(wanted, *np.sort(layer.plain(np.array(layer.drive_range)))))
@@ -169,7 +174,10 @@ def compensated(
         ) from None
     except ValueError as error:
         raise RecordError(f"{where}: by {layer.source}: {error}") from None
-    times = {"time_s": reference["time_s"]} if "time_s" in reference else {}
+    times, angle = {}, wanted
+    if "time_s" in reference:
+        times = {"time_s": reference["time_s"] - layer.delay_s}
+        angle = np.interp(times["time_s"], reference["time_s"], wanted)
     summary = CompensationSummary(
         schema=1,
         samples=int(wanted.size),
@@ -178,8 +186,9 @@ def compensated(
         largest_correction=float(np.abs(drive - plain).max()),
         drive_unit=layer.drive_unit,
         warnings=layer.warnings,
+        delay_s=layer.delay_s,
     )
-    return times | {f"drive_{layer.drive_unit}": drive, "angle_deg": wanted}, summary
+    return times | {f"drive_{layer.drive_unit}": drive, "angle_deg": angle}, summary
 
 
 def write_columns(columns: Mapping[str, Floats], path: Path) -> None:

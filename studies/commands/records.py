@@ -58,6 +58,9 @@ class EachChoice:
     ] = None
 
 
+Delay = Annotated[bool, typer.Option("--delay", help="Let the angle lag the drive by a time delay.")]
+
+
 @dataclass(frozen=True)
 class SearchChoice:
     """How the parameters of the hysteresis model are searched for, and what the model contains."""
@@ -72,7 +75,7 @@ class SearchChoice:
         Literal["auto", LawName] | None,
         typer.Option("--law", help=f"{LAW[:-1]}; by default auto, with --each bouc-wen."),
     ] = None
-    delay: Annotated[bool, typer.Option("--delay", help="Let the angle lag the drive by a time delay.")] = False
+    delay: Delay = False
 
     def of_one(self, seed: int) -> IdentifySettings:
         """Give the settings for records that are fitted jointly."""
@@ -297,6 +300,7 @@ def compensate(
     out: Annotated[Path, typer.Option("--out", help="The drive to write, CSV.")],
     elements: Elements = 0,
     law: LawChosen = "bouc-wen",
+    delay: Delay = False,
     replacing: Overwrite,
     common: Common,
 ) -> None:
@@ -315,7 +319,8 @@ def compensate(
     target = out.with_name(out.stem + ENDING)
     replacing.allow([*files_of_record(out), target])
     wanted, made = read_reference(reference), made_now(common.command)
-    settings = _settings(elements if law in ("auto", "bouc-wen") else elements or 1, law, seed=common.seed)
+    of_law = elements if law in ("auto", "bouc-wen") else elements or 1
+    settings = _settings(of_law, law, seed=common.seed, delay=delay)
     layer = known_layer(record, settings=settings, progress=common.shows_progress)
     columns, found = compensated(layer, wanted, str(reference))
     write_columns(columns, out)

@@ -32,6 +32,7 @@ def about(compensator: Compensator) -> str:
         f"Valid for drives of {low:.6g} to {high:.6g} {unit} (f of {ends[0]:.4g} to {ends[1]:.4g} deg), "
         f"{_preload(compensator)}, {_rate(compensator)}, and from the start and history of the first record: "
         f"drive {layer.first_drive:.6g} {unit}.",
+        *_delay(compensator),
         *(f"Warning: {words}." for words in layer.warnings),
         f"SHA-256 of identify.json: {compensator.checksum}.",
     ]
@@ -63,6 +64,11 @@ def _law(compensator: Compensator) -> str:
         "StopsElement": "Prandtl-Ishlinskii",
     }
     return f"{titles[kinds[0]]}, {len(kinds)} element{'s' if len(kinds) > 1 else ''}"
+
+
+def _delay(compensator: Compensator) -> list[str]:
+    delay = compensator.layer.delay_s
+    return [f"Delay: the angle is {delay:.3g} s behind the drive."] if delay > 0 else []
 
 
 def _preload(compensator: Compensator) -> str:

@@ -86,6 +86,7 @@ def _values(compensator: Compensator, law: LawInC) -> dict[str, str]:
         "version": package_version(),
         "about": about(compensator),
         "unit": compensator.unit,
+        "delay": f"{compensator.layer.delay_s:.6g}",
         "libm": _libm((*law.functions, "sqrt")),
         "reals": str(reals),
         "state_double": str(8 * reals + 8),

@@ -25,7 +25,7 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,29}")
 
 @dataclass(frozen=True, eq=False)
 class Compensator:
-    """An identified law without delay whose f has an inverse.
+    """An identified law whose f has an inverse.
 
     ``drive`` and ``angle_deg``, shapes (k,), are the places of f, and ``slope`` is that of the monotone cubic there,
     deg for each unit of the drive. ``checksum`` is the SHA-256 of the file. ``seen`` are those of the records that
@@ -65,7 +65,7 @@ def read_compensator(fit: Path, name: str) -> Compensator:
     Raises
     ------
     RecordError
-        A name of another form, a file that is none of a fit, a fit with a delay, or an f without inverse; one line.
+        A name of another form, a file that is none of a fit, or an f without inverse; one line.
     """
     if not _NAME.fullmatch(name):
         expected = "a letter, then up to 29 letters, digits and underscores"
@@ -76,9 +76,6 @@ def read_compensator(fit: Path, name: str) -> Compensator:
     places = model.f if model.law is None else model.law.f
     if not layer.elements:
         raise RecordError(f"{path}: law: values = []: expected a row for each element")
-    if layer.delay_s > 0:
-        found = f"{path}: delay_s = {layer.delay_s:g}"
-        raise RecordError(f"{found}: expected a fit without delay, because a drive cannot act before its time")
     _require_inverse(path, layer)
     return Compensator(
         name=name,

@@ -48,11 +48,12 @@ class Variable:
     words: str
 
 
-def variables(unit: str) -> tuple[Variable, ...]:
-    """Give the variables for a unit of the drive."""
+def variables(unit: str, delay_s: float = 0.0) -> tuple[Variable, ...]:
+    """Give the variables for a unit of the drive, and a delay of the angle behind it."""
+    later = f", {delay_s:.3g} s from now" if delay_s > 0 else ""
     return (
         Variable("time", "Real", "independent", "s"),
-        Variable("reference_deg", "Real", "input", "wanted angle"),
+        Variable("reference_deg", "Real", "input", f"wanted angle{later}"),
         Variable("measured_deg", "Real", "input", "measured angle at the drive of the last step"),
         Variable(f"largest_step_{unit}", "Real", "parameter", "largest change of the drive in a step; 0 for none"),
         Variable(f"drive_{unit}", "Real", "output", "drive that makes the angle the reference"),
@@ -142,7 +143,7 @@ def _start(compensator: Compensator) -> float:
 
 
 def _description(compensator: Compensator, token: str, wrapper: str, version: Version) -> str:
-    name, many = compensator.name, variables(compensator.unit)
+    name, many = compensator.name, variables(compensator.unit, compensator.layer.delay_s)
     words = " ".join(about(compensator).split())
     head = f'modelName={quoteattr(name)} description={quoteattr(words)} generationTool="{MAKER} {package_version()}"'
     start = {"Real": repr(_start(compensator)), "Boolean": "false", "Integer": "0"}

@@ -371,12 +371,12 @@ def compensate(
     Parameters
     ----------
     model
-        A fit without delay, or a record (or the path of its CSV, or a DataFrame), which is identified with a fitted
+        A fit, or a record (or the path of its CSV, or a DataFrame), which is identified with a fitted
         curve.
     reference_deg
         Angles to follow, shape (m,), deg.
     time_s
-        Their times, s, shape (m,), which the result repeats.
+        Their times, s, shape (m,). A fit with a delay needs them: the drive is due that much earlier.
     settings
         For a record.
 

@@ -19,7 +19,8 @@ class CompensationSummary:
 
     ``heldout_rmse_deg`` is the error of the layer on held-out samples, ``without_hysteresis_rmse_deg`` that of the best
     curve without hysteresis; ``largest_correction`` is the largest difference of the drives that follow from the two.
-    ``record``, ``reference`` and ``drive`` are the files of the layer, of the angles to follow, and of the drive.
+    ``delay_s``: so much earlier than the reference the drive begins, because the angle lags it by as much. ``record``,
+    ``reference`` and ``drive`` are the files of the layer, of the angles to follow, and of the drive.
     """
 
     schema: int
@@ -29,6 +30,7 @@ class CompensationSummary:
     largest_correction: float
     drive_unit: str
     warnings: tuple[str, ...]
+    delay_s: float = 0.0
     record: str | None = optional()
     reference: str | None = optional()
     drive: str | None = optional()

@@ -30,6 +30,9 @@ typedef double notchbend_real;
 #define NOTCHBEND_LARGEST_STEP 0
 #endif
 
+/* The angle lags the drive by so much, s: give notchbend_step the reference of so much later. */
+#define NOTCHBEND_DELAY_S ${delay}
+
 /* Bits of notchbend_state.limited: why the last call did not do what was asked; 0 where it did. */
 #define NOTCHBEND_AT_LOWEST 1u      /* the drive is held at the lowest one of the records */
 #define NOTCHBEND_AT_HIGHEST 2u     /* the drive is held at the highest one of the records */

@@ -76,7 +76,6 @@ STRAIGHT = [float(k) for k in range(257)]
 @pytest.mark.parametrize(
     ("keys", "value", "said"),
     [
-        (("law", "delay_s"), 0.05, "delay_s = 0.05: expected a fit without delay"),
         (("law", "f", "angle_deg"), [*STRAIGHT[:-1], 3.0], "flat or reverses"),
         (("law", "f", "angle_deg"), [*STRAIGHT[:-1], math.nan], "identify.json"),
         (("law", "f", "drive"), STRAIGHT[::-1], "identify.json"),

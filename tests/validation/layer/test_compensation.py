@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fem_models.chain import simulate_chain
+from fem_models.load import LoadProgram
 from fem_models.rig import preset
 from hysteresis import identify, read_record
 from hysteresis.laws.bouc_wen import BoucWen, hysteresis
@@ -111,6 +112,37 @@ def test_an_identify_json_gives_the_drive_of_its_record(loops, tmp_path):
         assert call([*given, "--quiet"]) == 0
         drives.append(read_columns(out, ["drive_mm"])["drive_mm"])
     assert np.abs(drives[0] - drives[1]).max() < 1e-4 * np.ptp(drives[0])
+
+
+def test_a_drive_is_due_before_the_angle_by_the_delay(tmp_path, capsys):
+    """The rig's angle is read 0.2 s late: along the drive, read as late, it is the reference at its times."""
+    time = np.arange(0.0, 24.0, 0.05)  # at three rates: at one, a delay is a play
+    turn = np.interp(time, [0.0, 4.0, 12.0, 24.0], 2 * np.pi * np.array([0.0, 2.0, 3.0, 9.0]))
+    run = simulate_chain(RIG, LoadProgram(1.7 * np.sin(turn)))
+    late = np.interp(time - 0.2, time, run.angle_deg)
+    loops, reference, out = (tmp_path / name for name in ("late.csv", "wanted.csv", "drive.csv"))
+    rows = zip(time.tolist(), run.drive.tolist(), late.tolist(), strict=True)
+    loops.write_text("time_s,drive_mm,angle_deg\n" + "".join(f"{t!r},{d!r},{a!r}\n" for t, d, a in rows))
+    loops.with_suffix(".toml").write_text('schema = 1\ntitle = "late"\nkind = "measured"\n')
+    given = ["compensate", str(loops), "--delay", "--reference", str(reference), "--out", str(out)]
+    reference.write_text("angle_deg\n0\n1\n0\n")
+    assert call([*given, "--quiet"]) == 2
+    assert "missing: the angle is 0." in capsys.readouterr().err
+    times = np.arange(0.0, 20.0, 0.05)
+    wanted = 25 * np.sin(0.9 * times)
+    reference.write_text(
+        "time_s,angle_deg\n" + "".join(f"{t!r},{a!r}\n" for t, a in zip(times.tolist(), wanted.tolist(), strict=True))
+    )
+    assert call([*given, "--json"]) == 0
+    shown = json.loads(capsys.readouterr().out)
+    assert shown["delay_s"] == pytest.approx(0.2, abs=0.01)
+    columns = read_columns(out, ["drive_mm", "angle_deg", "time_s"])
+    assert columns["time_s"] == pytest.approx(times - shown["delay_s"])
+    drive = LoadProgram(np.append(0.0, columns["drive_mm"]))
+    read = np.interp(times - 0.2, columns["time_s"], simulate_chain(RIG, drive).angle_deg[1:])
+    error = (read - wanted)[10:]
+    assert np.sqrt(np.mean(error**2)) < 0.25
+    assert columns["angle_deg"][10:] == pytest.approx(np.interp(columns["time_s"], times, wanted)[10:])
 
 
 @pytest.mark.parametrize(
