@@ -288,12 +288,14 @@ def lost_readings(drive: Floats, angle_deg: Floats) -> Mask:
 
 
 def _held_once(drive: Floats, angle_deg: Floats) -> Mask:
-    """Find equal values in a row while the drive moves, where no other value of the record repeats, shape (m,)."""
+    """Find equal values in a row while the drive moves one way, where no other value repeats, shape (m,)."""
     equal = (np.diff(angle_deg) == 0) & (np.diff(drive) != 0)
     edges = np.flatnonzero(np.diff(equal, prepend=False, append=False))
     held = np.zeros(angle_deg.size, dtype=bool)
     if edges.size == 2 and edges[1] - edges[0] >= LEAST_HELD_ONCE - 1:
-        held[edges[0] : edges[1] + 1] = True
+        first, last = edges
+        ways = np.sign(np.diff(drive[max(0, first - 1) : last + 2]))
+        held[first : last + 1] = bool(np.all(ways == ways[0]))
     return held
 
 
