@@ -37,6 +37,8 @@ range; least one over the range of nine tenths of the record; and the largest pa
 The widest distance of noise is 10 times its sigma."""
 LEAP = 2.0
 """Least step into or out of lost readings, over the step that three of four samples keep to."""
+LEAST_HELD_ONCE = 3
+"""Equal values in a row that are lost readings, where they are the only ones."""
 UNORDERED = 0.15
 """Median step of the drive over its range from which rows are in no order."""
 SHUFFLED, LEAST_SET_POINTS = 0.5, 10
@@ -281,8 +283,20 @@ def lost_readings(drive: Floats, angle_deg: Floats) -> Mask:
     """
     if angle_deg.size < LEAST_SPIKE_RECORD:
         return np.zeros(angle_deg.size, dtype=bool)
-    lost = _entered_by_a_leap(_far(angle_deg) & ~_far(drive), angle_deg)
+    lost = _entered_by_a_leap(_far(angle_deg) & ~_far(drive) | _held_once(drive, angle_deg), angle_deg)
     return lost if lost.mean() <= MOST_FAR else np.zeros_like(lost)
+
+
+def _held_once(drive: Floats, angle_deg: Floats) -> Mask:
+    """Find equal values in a row while the drive moves one way, where no other value repeats, shape (m,)."""
+    equal = (np.diff(angle_deg) == 0) & (np.diff(drive) != 0)
+    edges = np.flatnonzero(np.diff(equal, prepend=False, append=False))
+    held = np.zeros(angle_deg.size, dtype=bool)
+    if edges.size == 2 and edges[1] - edges[0] >= LEAST_HELD_ONCE - 1:
+        first, last = edges
+        ways = np.sign(np.diff(drive[max(0, first - 1) : last + 2]))
+        held[first : last + 1] = bool(np.all(ways == ways[0]))
+    return held
 
 
 def _entered_by_a_leap(lost: Mask, angle_deg: Floats) -> Mask:

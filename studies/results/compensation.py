@@ -30,11 +30,11 @@ class CompensationSummary:
     largest_correction: float
     drive_unit: str
     warnings: tuple[str, ...]
-    delay_s: float = 0.0
     record: str | None = optional()
     reference: str | None = optional()
     drive: str | None = optional()
     made: Made | None = optional()
+    delay_s: float = 0.0
 
 
 @dataclass(frozen=True)

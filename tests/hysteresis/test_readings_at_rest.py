@@ -85,3 +85,14 @@ def test_lost_readings_use_up_no_cycles_of_a_long_record():
     spoiled[places] = 999.0
     words = thinned(Record(drive, spoiled)).left_out
     assert float(re.search(r"the others are within ([\d.]+) deg", words)[1]) < 0.1  # 12 deg where they count
+
+
+def test_readings_held_in_a_row_amid_a_passage_are_lost_where_no_others_repeat():
+    """Held at -1 while the angle passes from -0.8 to -6.9 deg: near enough to its neighbours to look like a rest."""
+    drive = sine(2, 60, 1.5)
+    angle = 20.0 * play(drive, 0.05) + RNG.normal(0.0, 0.05, drive.size)
+    held = angle.copy()
+    at = int(np.argmax((angle < -0.5) & (np.gradient(drive) < 0)))
+    held[at : at + 4] = -1.0
+    assert np.flatnonzero(lost_readings(drive, held)).tolist() == list(range(at, at + 4))
+    assert not lost_readings(drive, angle).any()

@@ -121,7 +121,7 @@ OPTIONS = {
     "separate": ["out", "records", "preset", "rig", "preload", "amplitude", "engine", "ensemble", "force", *COMMON],
     "trace": ["records", "out", "reference", "threads", "alpha", "force", *COMMON],
     "effects": COMMON,
-    "compensate": ["record", "reference", "out", "elements", "law", "force", *COMMON],
+    "compensate": ["record", "reference", "out", "elements", "law", "delay", "force", *COMMON],
     "study": ["file", "out", "workers", "scheduler", "retry", "ensemble", "seed", "force", "quiet", "json"],
     "report": ["folder", "pdf", "force", *COMMON],
     "app": ["preset", "rig", "preload", "amplitude", "port", "record", "no_browser", *COMMON],
