@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from full_widths import preset_of_full_widths
 
 from benchmarks.spoiled_records import drawn
 from fem_models.analytic import theory_curve
@@ -17,7 +16,7 @@ from studies.commands.separation import separate_records
 from validation.separation import calibrate_rig, loop_program, separate
 from validation.separation.priors import stated_values
 
-RIG = replace(preset("du2018"), preload_N=20.0)
+RIG = replace(preset("du2018-full-widths"), preload_N=20.0)
 LOOP = simulate_chain(RIG, triangle(2.0, cycles=3))
 ANGLE = LOOP.angle_deg + np.random.default_rng(0).normal(0, 0.05, LOOP.drive.size)
 TURN = 60
@@ -25,7 +24,7 @@ TURN = 60
 
 
 def fit_of(angle_deg, drive_mm=LOOP.drive):
-    record = Record(drive_mm, angle_deg, rig={"preset": "du2018", "preload_N": 20.0})
+    record = Record(drive_mm, angle_deg, rig={"preset": "du2018-full-widths", "preload_N": 20.0})
     return identify(record, lambda drive: theory_curve(RIG, drive).angle_deg)
 
 
@@ -49,7 +48,6 @@ SPOILED = {
 }
 
 
-@preset_of_full_widths()
 def test_readings_lost_in_a_row_are_left_out_where_the_angle_moves_on_meanwhile():
     case = drawn(535128, 933)
     assert reading_words(case.records[:1]) == ("4 of 118 angles are isolated spikes, which are left out",)
@@ -97,7 +95,6 @@ def test_what_is_no_record_of_the_rig_is_told():
 
 
 @pytest.mark.parametrize("number", [4, 44, 80])
-@preset_of_full_widths()
 def test_a_loop_of_the_material_that_a_first_fit_misses_is_found(number):
     """The first fit ends at three times the slip angle, with a residual near the noise."""
     case = drawn(12, number)
@@ -115,7 +112,9 @@ def test_intervals_are_wider_by_what_the_rig_leaves_over_the_noise(monkeypatch):
         loop = simulate_chain(replace(RIG, preload_N=preload_N), triangle(1.5, cycles=2))
         angle = loop.angle_deg + np.random.default_rng(int(preload_N)).normal(0, 0.05, loop.drive.size)
         angle = np.concatenate([np.full(late, angle[0]), angle[: angle.size - late]])
-        return Record(loop.drive, angle, rig={"preset": "du2018", "preload_N": preload_N}, source=f"{preload_N:g}.csv")
+        return Record(
+            loop.drive, angle, rig={"preset": "du2018-full-widths", "preload_N": preload_N}, source=f"{preload_N:g}.csv"
+        )
 
     true = separate(RIG, loop_program(-1.5, 1.5)).parts("dissipated_mJ")["friction"]
     well, spoiled = (separate_records([record(20.0, late), record(10.0)]) for late in (0, 3))
@@ -126,7 +125,6 @@ def test_intervals_are_wider_by_what_the_rig_leaves_over_the_noise(monkeypatch):
 
 
 @pytest.mark.slow
-@preset_of_full_widths()
 def test_intervals_reach_another_optimum_that_explains_the_records_alike():
     """Of these clean records a loop of the material of 6.8 deg fits a little better than the true one of 2.2 deg."""
     case = drawn(933145, 80)

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from full_widths import full_widths
 from scipy.optimize import brentq
 
 from fem_models.chain.solve import ChainSettings, simulate_chain, solve_batch, solve_chain
@@ -72,7 +71,7 @@ def test_minor_loops_close():
     outer = np.linspace(0, 1, 11)
     minor = np.concatenate([np.linspace(1, 0.6, 9)[1:], np.linspace(0.6, 1, 9)[1:]])
     steps = LoadProgram(np.concatenate([outer, minor, minor, minor, minor, minor]))
-    rig = full_widths()
+    rig = preset("du2018-full-widths")
     alone = replace(rig, friction=Friction(sheath_N=rig.friction.sheath_N))
     assert np.ptp(simulate_chain(alone, steps).angle_deg[10::16]) < 1e-6
     # With 14 more dry guides the first passes shake down how they share the friction: 1.1e-4 deg, then 4e-6, 4e-7 and
@@ -201,7 +200,7 @@ def test_default_calibration():
 
 
 def test_measured_joints_with_rigid_gap_and_roots_bend_as_the_tube_that_they_are_measured_of():
-    tube = full_widths()
+    tube = preset("du2018-full-widths")
     joint = flexure(tube)
     roots = 1 - joint.bending_Nmm_per_rad / beam(tube).bending_Nmm_per_rad
     measured = MeasuredJoint(14, tube.pitch_mm, joint.bending_Nmm_per_rad, joint_mechanics(tube).rigid_gap_mm, roots)

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from full_widths import full_widths
 from scipy.optimize import least_squares
 
 from fem_models.joint.flexure import flexure
@@ -91,7 +90,7 @@ def test_quasi_static_drag_is_the_closed_form_of_a_dashpot(sheath, joint):
 
 
 def test_drag_widens_the_loop_with_the_rate_and_vanishes_with_it():
-    dry = replace(SHORT, friction=full_widths().friction)
+    dry = replace(SHORT, friction=preset("du2018-full-widths").friction)
     rig = replace(dry, drag=Drag(sheath_N_s_per_mm=0.1, joint_Nmm_s_per_rad=2.0))
     static = width(solve_multibody(dry, sine(0.8, 1.0)).record)
     widths = [width(solve_multibody(rig, sine(0.8, rate)).record) for rate in (1e-3, 0.1, 0.3, 1.0)]

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from full_widths import full_widths
 
 from fem_models.chain import simulate_chain
 from fem_models.joint import joint_mechanics
@@ -21,7 +20,9 @@ from hysteresis.records.sidecar import toml
 from studies.commands.cli import call
 from studies.own_rig.metal import law_of_metal
 
-LINEAR = replace(full_widths(), name="mine", material=Material(youngs_modulus_GPa=60.0, poissons_ratio=0.33))
+LINEAR = replace(
+    preset("du2018-full-widths"), name="mine", material=Material(youngs_modulus_GPa=60.0, poissons_ratio=0.33)
+)
 FLAG = replace(LINEAR, superelastic=Superelastic())
 REACH_MM = 2.2
 

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from full_widths import full_widths
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -26,7 +25,7 @@ from validation.separation import calibrate_rig, loop_program, separate
 from validation.separation.contributions import SETS, SOURCES, closed_loop, divide, shapley, shapley_shares, switched
 from validation.separation.priors import PRIORS, stated_values, with_values
 
-RIG = full_widths()
+RIG = preset("du2018-full-widths")
 PRESET = preset("du2018", preload_N=20.0)
 PROGRAM = loop_program(-2.2, 2.2)
 NO_MATERIAL = replace(RIG, material=replace(RIG.material, loop_share=0.0))

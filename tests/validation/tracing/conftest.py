@@ -1,7 +1,6 @@
 """Shared fixtures of the tracer."""
 
 import pytest
-from full_widths import preset_of_full_widths
 
 from validation.practice import draw_case
 from validation.tracing import trace_records
@@ -19,7 +18,6 @@ def _one_thread():
 
 
 @pytest.fixture(scope="session")
-@preset_of_full_widths()
 def play_called_slack() -> Fitted:
     """Fitted baseline of a case of the retired set *score-26*: it has a play, and was called slack, as ``effect``."""
     problem = known_rig_problem(draw_case("score-26", "known", "preloaded_play", 0).records)

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from full_widths import full_widths
 
 from fem_models.chain import simulate_chain
 from fem_models.load import LoadProgram
@@ -12,7 +11,7 @@ from validation.tracing.baseline.first_state import coming_from
 from validation.tracing.baseline.runs import drive_runs
 from validation.tracing.effect import SampleInputs
 
-RIG = full_widths()  # its guides shake down to 1e-6 deg within a cycle
+RIG = preset("du2018-full-widths")  # its guides shake down to 1e-6 deg within a cycle
 CYCLE = np.concatenate([np.linspace(0, 1, 21)[:-1], np.linspace(1, -1, 41)[:-1], np.linspace(-1, 0, 21)[:-1]])
 DRIVE = np.append(np.tile(CYCLE, 3), 0.0)
 

@@ -5,7 +5,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from full_widths import preset_of_full_widths
 
 from fem_models.chain.solve import simulate_chain
 from fem_models.load import sine
@@ -34,7 +33,6 @@ def some(*names):
 
 
 @pytest.mark.slow
-@preset_of_full_widths()
 def test_a_weight_that_is_near_by_its_linearised_gain_is_followed_to_the_noise():
     """It was given up after its first steps, at an error of 0.46 deg; the noise is 0.06."""
     case = draw_case("score-10", "known", "gravity", 1)
@@ -76,7 +74,6 @@ def test_a_fit_rests_early_below_half_of_its_residual():
 
 
 @pytest.mark.slow
-@preset_of_full_widths()
 def test_the_gain_of_the_drive_is_named_with_what_does_the_same():
     """An implausible wheel led, and the verdict was `unexplained`."""
     case = draw_case("score-10", "known", "drive_gain", 2)
@@ -104,7 +101,6 @@ def beside_an_early_baseline(case, *names):
         pytest.param("score-21", "tip_load", 1.9, marks=pytest.mark.slow),
     ],
 )
-@preset_of_full_widths()
 def test_effects_of_unknown_rigs_come_to_the_noise_from_starts_far_from_the_baseline(set_name, effect, left):
     """Slack ended beside a toe region that takes its place, a load at the tip at a fifth of its size."""
     case = draw_case(set_name, "unknown", effect, 0)
@@ -115,7 +111,6 @@ def test_effects_of_unknown_rigs_come_to_the_noise_from_starts_far_from_the_base
 
 
 @pytest.mark.slow
-@preset_of_full_widths()
 def test_a_play_is_fitted_again_beside_the_start_of_the_baseline():
     """It was left at 1.02 times the noise, its width at 0.14 mm, and the weight of the rings was named."""
     case = draw_case("score-29", "unknown", "preloaded_play", 0)
@@ -127,7 +122,6 @@ def test_a_play_is_fitted_again_beside_the_start_of_the_baseline():
     assert width == pytest.approx(case.truth.numbers["preloaded_play"]["free_width_mm"], rel=0.05)
 
 
-@preset_of_full_widths()
 def test_every_start_of_an_effect_may_name_parameters_of_the_baseline():
     case = draw_case("score-21", "unknown", "tendon_slack", 0)
     search, _ = beside_an_early_baseline(case, "tendon_slack")
@@ -153,7 +147,6 @@ def test_every_start_of_an_effect_may_name_parameters_of_the_baseline():
         ("work", "preloaded_play"),
     ],
 )  # fmt: skip
-@preset_of_full_widths()
 def test_what_unknown_rigs_have_is_in_the_set(set_name, label):
     trace = trace_records(draw_case(set_name, "unknown", label, 0).records, threads=2)
     assert label in {*trace.names[:1], *trace.confusable[0][:2]}

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from full_widths import preset_of_full_widths
 
 from fem_models.load import sine
 from hysteresis.records.path import cycle_index
@@ -26,7 +25,6 @@ CASES = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("kind", "label", "number"), CASES, ids=[f"{kind} {label}" for kind, label, _ in CASES])
-@preset_of_full_widths()
 def test_the_right_effect_predicts_a_heldout_record_to_the_noise(kind, label, number):
     """Cases of a retired set of the score (docs/validation/practice.md), at 1.3 to 1.6 times the noise before."""
     case = draw_case("score-3", kind, label, number)

@@ -6,7 +6,6 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
-from full_widths import preset_of_full_widths
 
 from validation.practice import draw_case
 from validation.tracing.baseline.equivalent_rig import equivalent_rig_problem
@@ -44,7 +43,6 @@ def test_where_the_best_read_alike_one_that_does_not_gets_a_second_effect_too():
 
 
 @pytest.mark.slow
-@preset_of_full_widths()
 def test_a_play_is_found_beside_slack_that_had_absorbed_it():
     """Pair 1 of the retired set *score-31*: beside the parameters of the slack alone the play came to 1.3 times."""
     problem = equivalent_rig_problem(draw_case("score-31", "unknown", "pair", 1).records)

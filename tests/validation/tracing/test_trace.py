@@ -5,7 +5,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from full_widths import preset_of_full_widths
 
 from fem_models.chain.solve import simulate_chain
 from fem_models.load import sine, triangle
@@ -105,7 +104,6 @@ def test_hidden_hysteresis_is_not_taken_for_smooth_terms():
 
 
 @pytest.mark.slow
-@preset_of_full_widths()
 def test_an_effect_outside_the_catalogue_is_unexplained():
     case = draw_case("work", "known", "lost_counts", 0)
     trace = trace_records(case.records)
@@ -114,7 +112,6 @@ def test_an_effect_outside_the_catalogue_is_unexplained():
 
 
 @pytest.mark.slow
-@preset_of_full_widths()
 def test_a_local_optimum_of_the_loop_does_not_hide_an_effect():
     """A practice case that was missed once: the loop angle of the first baseline fit is twice that of the best fit."""
     both = ("camera_misalignment", "wheel_eccentricity")
@@ -125,7 +122,6 @@ def test_a_local_optimum_of_the_loop_does_not_hide_an_effect():
 
 
 @pytest.mark.slow
-@preset_of_full_widths()
 def test_inactive_effects_do_not_crowd_out_the_true_one(monkeypatch):
     """The equivalent rig absorbs a part of the friction. Effects that do nothing leave as little as it does. Friction,
     after its first steps, leaves a little more: it is not named where only the best effect is fitted to its end."""
@@ -138,7 +134,6 @@ def test_inactive_effects_do_not_crowd_out_the_true_one(monkeypatch):
 
 
 @pytest.mark.slow
-@preset_of_full_widths()
 def test_play_is_found_though_the_equivalent_rig_leaves_no_more_than_noise(monkeypatch):
     """A play of 0.36 mm, of which friction at the base takes most: the baseline leaves 1.1 times the noise. Play and
     friction of the guides gain more than 100 of the criterion, a camera 30."""
@@ -154,7 +149,6 @@ def test_play_is_found_though_the_equivalent_rig_leaves_no_more_than_noise(monke
 
 
 @pytest.mark.slow
-@preset_of_full_widths()
 def test_an_equivalent_rig_does_not_hide_a_second_effect():
     """A case of a retired set: drag alone leaves 3.1 times the noise at best. In eight others, with the preset's tube,
     the equivalent rig absorbs the guides' friction beside drag: 1.01 to 1.11 times the noise are left."""
@@ -180,7 +174,6 @@ def with_a_short_final_fit(monkeypatch, samples=100):
 
 
 @pytest.mark.slow
-@preset_of_full_widths()
 def test_competitors_beside_an_equivalent_rig_are_fitted_from_other_loops(monkeypatch):
     """A case of a retired set: only slack was fitted again. Stiffening, in a local optimum of the loop, lost by 72."""
     with_a_short_final_fit(monkeypatch)
@@ -192,7 +185,6 @@ def test_competitors_beside_an_equivalent_rig_are_fitted_from_other_loops(monkey
 
 
 @pytest.mark.slow
-@preset_of_full_widths()
 def test_competitors_of_the_first_effect_are_tried_beside_the_second(monkeypatch):
     """A case of a retired set: a delay was named in place of drag, because slack had not been fitted beside drag.
 
@@ -220,7 +212,6 @@ def test_competitors_of_the_first_effect_are_tried_beside_the_second(monkeypatch
 
 
 @pytest.mark.slow
-@preset_of_full_widths()
 def test_slack_beside_friction_that_an_equivalent_rig_takes_comes_to_the_noise(monkeypatch):
     """A practice case of a pair: friction of the guides alone had been named at 1.26 times the noise. Slack alone comes
     to the noise here, since the fitted rig absorbs the friction: the residual shows no second effect."""
@@ -323,7 +314,10 @@ def test_no_record_and_a_record_without_a_reversal_are_refused():
 
 @pytest.mark.parametrize("samples", [24, 88])
 def test_one_clean_cycle_of_few_samples_is_not_unexplained(samples):
-    """The noise estimated from so few samples is sometimes too small by a third."""
+    """The noise estimated from so few samples is sometimes too small by a third.
+
+    At the level of 0.05 of the test three or more of 12 have a probability of 2 %.
+    """
     run = simulate_chain(preset("du2018"), sine(2.2, 0.1, cycles=1, samples_per_cycle=samples))
     verdicts = []
     for seed in range(12):
@@ -332,7 +326,7 @@ def test_one_clean_cycle_of_few_samples_is_not_unexplained(samples):
             drive=run.drive, angle_deg=angle, time_s=run.time_s, rig={"preset": "du2018", "preload_N": 20.0}
         )
         verdicts.append(trace_records([record], effects=[]).verdict)
-    assert verdicts.count("none") >= 11
+    assert verdicts.count("none") >= 10
 
 
 def test_an_effect_is_not_named_for_an_optimum_that_the_baseline_missed():
