@@ -95,7 +95,7 @@ _DU2018 = Preset(
 
 
 def _full_widths() -> Preset:
-    """The other reading of the paper, and the preset ``du2018`` of 0.1.0: its widths as full widths of the loop."""
+    """Give the preset ``du2018`` of 0.1.0, with the other reading of the paper: its widths as full widths."""
     rig = _DU2018.rig
     tendon = replace(rig.tendon_a, moment_arm_mm=2.64, toe_N=40.0)
     other = replace(

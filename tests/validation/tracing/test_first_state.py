@@ -5,6 +5,7 @@ import pytest
 
 from fem_models.chain import simulate_chain
 from fem_models.load import LoadProgram
+from fem_models.rig import preset
 from hysteresis.records.record import Record
 from validation.tracing import trace_records
 from validation.tracing.baseline.first_state import coming_from
