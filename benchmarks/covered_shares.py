@@ -1,9 +1,9 @@
 """Coverage of the intervals of ``separate``: ``python -m benchmarks.covered_shares COUNT SEED OUT.jsonl [members]``.
 
-Each rig is drawn from the prior about ``du2018``: friction, play, tendons, loop of the material, arm, depth, modulus,
-free length, and the law of the metal. The chain makes two records of it, at about 20 and 10 N, with each noise. The
-records name ``du2018``, and ``separate`` divides the loop of the first one. With ``members`` the rigs are those of the
-ensemble of ``du2018`` instead: free lengths, EA and depths differ from the declared ones by far more than the priors
+Each rig is drawn from the prior about ``du2018-full-widths``: friction, play, tendons, loop of the material, arm,
+depth, modulus, free length, and the law of the metal. The chain makes two records of it, at about 20 and 10 N, with
+each noise. The records name it, and ``separate`` divides the loop of the first one. With ``members`` the rigs are those
+of the ensemble of ``du2018`` instead: free lengths, EA and depths differ from the declared ones by far more than priors
 say, and most have play. A line a rig is kept in the file, so that a score that was ended goes on where it stood.
 """
 
@@ -33,7 +33,8 @@ from validation.separation.priors import drawn, laws_of
 NOISES_DEG = (0.05, 0.2)
 NUMBERS = {"share": "dissipated_mJ", "width_share": "width_deg"}
 """Shares of energy and of width, and what they are shares of."""
-PRESET, STEP_MM = "du2018", 0.1
+PRESET, STEP_MM = "du2018-full-widths", 0.1
+ENSEMBLE = "du2018"
 REACHES_MM, HIGH_N, LOW_N = (1.6, 2.2), (18.0, 22.0), (9.0, 11.0)
 
 
@@ -98,7 +99,7 @@ def member_case(seed: int, number: int) -> Case:
     RigError, SolverError
         A member that cannot be divided.
     """
-    members = ensemble(PRESET)
+    members = ensemble(ENSEMBLE)
     rig = members[int(np.random.default_rng(seed).permutation(len(members))[number])]
     case = _case([replace(rig, preload_N=preload) for preload in (20.0, 10.0)], "linear", REACHES_MM[1])
     if case is None:

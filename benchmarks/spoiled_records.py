@@ -133,7 +133,7 @@ def drawn(seed: int, number: int) -> Case:
     rng = np.random.default_rng((seed, number))
     names = list(KINDS)
     kind = "clean" if number % 4 == 0 else names[1 + int(rng.integers(len(names) - 1))]
-    declared = preset("du2018")
+    declared = preset("du2018-full-widths")
     rig = replace(
         declared,
         friction=replace(
@@ -154,7 +154,7 @@ def drawn(seed: int, number: int) -> Case:
 
 
 def _record(loop: Loop, preload_N: float, name: str) -> Record:
-    return Record(*loop, rig={"preset": "du2018", "preload_N": preload_N}, source=f"{name}.csv")
+    return Record(*loop, rig={"preset": "du2018-full-widths", "preload_N": preload_N}, source=f"{name}.csv")
 
 
 def _is_off(value: float, right: float, low: float | None, high: float | None) -> bool:
@@ -169,7 +169,7 @@ def _warnings(words: Sequence[str]) -> list[str]:
 
 
 def _fit(records: Sequence[Record]) -> Fit:
-    rigs = [replace(preset("du2018"), preload_N=float(record.rig["preload_N"])) for record in records]
+    rigs = [replace(preset("du2018-full-widths"), preload_N=float(record.rig["preload_N"])) for record in records]
     return identify(records, [partial(_angle_of, rig) for rig in rigs])
 
 

@@ -166,7 +166,7 @@ def test_engine_of_the_guide_runs(room_with, monkeypatch, capsys):
     monkeypatch.setitem(ENGINES, "constant-curvature", module.simulate_constant_curvature)
     exec(compile(code_of("add-an-engine.md", "py")[-1], "example", "exec"), {})
     printed = dict(line.split() for line in capsys.readouterr().out.splitlines())
-    assert float(printed["constant-curvature"]) == pytest.approx(np.degrees(2.2 / 2.64))  # x / r
+    assert float(printed["constant-curvature"]) == pytest.approx(np.degrees(2.2 / 2.58))  # x / r
 
 
 def test_preset_of_the_guide_has_all_sources(monkeypatch):

@@ -242,7 +242,7 @@ def test_side_view_of_a_rig(name: str) -> None:
     outline, *tendons = axes.lines
     assert len(outline.get_xdata()) == 2 * (4 * rig.joints + 2) + 1
     assert outline.get_xdata().max() == pytest.approx(rig.joints * rig.pitch_mm)
-    assert [line.get_ydata()[0] for line in tendons] == [2.64, -2.64] if name == "du2018" else [0.6]
+    assert [line.get_ydata()[0] for line in tendons] == [2.58, -2.58] if name == "du2018" else [0.6]
 
 
 def test_program_and_measured_joints() -> None:

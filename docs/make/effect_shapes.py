@@ -19,7 +19,7 @@ from validation.tracing import catalogue
 from validation.tracing.effect import Effect, SampleInputs, Values
 
 PICTURE = IMAGES / "effects.png"
-RIG = preset("du2018", preload_N=15.0)
+RIG = preset("du2018-full-widths", preload_N=15.0)
 PROGRAM = sine(2.2, 0.1, cycles=4, samples_per_cycle=120)
 SIZES: Mapping[str, Values] = {
     "backlash": {"width_mm": 0.15},

@@ -8,6 +8,7 @@ the laws of a row. ``NAME-ensemble.toml`` says which command made the file, with
 from __future__ import annotations
 
 import csv
+import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
@@ -21,6 +22,8 @@ from hysteresis.arguments import checked
 
 MODEL = "model"
 """Column with the laws of a row; all others are constants."""
+PRESET_READING = "half widths"
+"""How the preset du2018 takes the loop widths of its paper, docs/validation/readings.md."""
 
 
 def ensemble_file(name: str) -> Path:
@@ -55,6 +58,16 @@ def with_constants(rig: Rig, values: Mapping[str, float]) -> Rig:
 
 
 @lru_cache
+def other_reading(name: str) -> str:
+    """How a preset's ensemble takes the widths of the paper, where the preset takes them otherwise; else empty."""
+    if name not in presets_with_ensemble():
+        return ""
+    made = tomllib.loads(ensemble_file(name).with_suffix(".toml").read_text(encoding="utf-8"))
+    reading = str(made["reading"])
+    return "" if reading == PRESET_READING else reading
+
+
+@lru_cache
 def member_constants(name: str) -> tuple[Mapping[str, float], ...]:
     """Constants of every member of a preset's ensemble, by their names in a rig file.
 
@@ -82,7 +95,8 @@ def _rigs(name: str) -> tuple[Rig, ...]:
 def ensemble(name: str, *, preload_N: float | None = None) -> tuple[Rig, ...]:
     """Return the rigs of a preset's ensemble, at another preload if one is given.
 
-    All meet the facts that the preset was calibrated with; what they say about anything else is a range.
+    All meet the facts of the paper; what they say about anything else is a range. Those of ``"du2018"`` take its loop
+    widths as full widths, 3.52 and 2.21 deg at 10 and 20 N, the preset as half widths.
 
     Parameters
     ----------

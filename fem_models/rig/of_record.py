@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from fem_models.rig.checks import RigError
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
@@ -13,6 +16,7 @@ from fem_models.rig.presets import NAMES_IN_SPACE, preset
 from fem_models.rig.presets_in_space import any_preset
 from fem_models.rig.rig import Material, Rig, Tendon, Wheel
 from fem_models.rig.rig_file import build, read_any_rig, read_rig, rig_and_space_of_file
+from hysteresis.records.metrics import noise_floor
 from hysteresis.records.record import MEASURED_KEYS, Record, RecordError
 from hysteresis.sensors.readings import cleaned
 
@@ -39,14 +43,18 @@ def rig_of(record: Record) -> Rig | None:
 def require_the_rigs_sense(record: Record) -> None:
     """Refuse an angle that falls as the drive rises: to reverse it would silently exchange the two tendons.
 
-    Readings that a sensor lost do not count.
+    Readings that a sensor lost do not count. A fall of the least-squares line, over the range of the drive, within the
+    noise says nothing of the sense: the rig is stuck.
 
     Raises
     ------
     RecordError
         One line with the record.
     """
-    if float((record.drive - record.drive.mean()) @ cleaned(record).record.angle_deg) < 0:
+    read = cleaned(record).record
+    moved = record.drive - record.drive.mean()
+    slope = float(moved @ read.angle_deg) / max(float(moved @ moved), sys.float_info.min)
+    if slope < 0 and -slope * float(np.ptp(record.drive)) > noise_floor(read):
         raise RecordError(
             f"{_where(record)}: angle_deg: falls as drive_mm rises: expected the signs of the rig: "
             "a positive drive pulls tendon a and bends to positive angles"

@@ -33,7 +33,7 @@ class Preset:
     sources: dict[str, Source]
 
 
-_TENDON = Tendon(EA_N=17_000.0, moment_arm_mm=2.64, free_length_mm=150.0, toe_N=40.0)
+_TENDON = Tendon(EA_N=17_000.0, moment_arm_mm=2.58, free_length_mm=150.0, toe_N=37.2)
 
 _DU2018 = Preset(
     rig=Rig(
@@ -42,11 +42,11 @@ _DU2018 = Preset(
             Tube(outer_diameter_mm=6.2, inner_diameter_mm=5.64),
             Notch("v_pair", count=14, depth_mm=2.825, width_mm=1.4, spacing_mm=1.2, root_width_mm=0.8),
         ),
-        material=Material(youngs_modulus_GPa=60.0, poissons_ratio=0.33, loop_share=0.4, loop_angle_deg=2.2),
+        material=Material(youngs_modulus_GPa=60.0, poissons_ratio=0.33, loop_share=0.4, loop_angle_deg=1.9),
         tendon_a=_TENDON,
         tendon_b=_TENDON,
         wheel=Wheel(radius_mm=10.0),
-        friction=Friction(capstan_coefficient=0.02, guide_N=0.01, sheath_N=1.39),
+        friction=Friction(capstan_coefficient=0.02, guide_N=0.01, sheath_N=3.49),
         preload_N=20.0,
     ),
     sources={
@@ -55,7 +55,7 @@ _DU2018 = Preset(
         "preload_N": Source("stated", "10 and 20 N, section 3.1 of the paper, which studies 20 N further"),
         "tube.outer_diameter_mm": Source("assumed", "the paper bounds the moment arm only: x/theta <= 2.80 mm"),
         "tube.inner_diameter_mm": Source(
-            "assumed", "a tendon of 0.36 mm along the inner wall has the moment arm below"
+            "assumed", "a tendon of 0.48 mm along the inner wall has the moment arm below"
         ),
         "notch.depth_mm": Source("assumed", "leaves two arcs 0.55 mm wide, soft enough for 45 deg at 2.2 mm"),
         "notch.width_mm": Source("assumed", "V opening that does not close at 45 deg; the V itself is stated"),
@@ -71,25 +71,53 @@ _DU2018 = Preset(
             f"tendon_{side}.{name}": source
             for side in "ab"
             for name, source in {
-                "EA_N": Source("fitted", "full scale 45 deg at 2.2 mm; a stranded steel tendon of 0.36 mm, 83 % metal"),
+                "EA_N": Source("fitted", "full scale 45 deg at 2.2 mm; a stranded steel tendon of 0.48 mm, 47 % metal"),
                 "moment_arm_mm": Source(
-                    "assumed", "below the paper's bound of 2.80 mm; its value and EA_N compensate each other"
+                    "assumed", "below the paper's bound of 2.80 mm; its value, EA_N and sheath_N compensate each other"
                 ),
                 "free_length_mm": Source("assumed", "experimental set-up of the paper's Fig. 8, no dimension given"),
                 "toe_N": Source(
                     "fitted",
-                    "ratio of loop widths at 10 and 20 N, 3.52 and 2.21 deg; calibration.md of the documentation",
+                    "ratio of loop widths at 10 and 20 N, 2 x 3.52 and 2 x 2.21 deg; calibration.md of the docs",
                 ),
             }.items()
         },
         "wheel.radius_mm": Source("assumed", "only its product with the wheel's angle matters"),
         "friction.capstan_coefficient": Source("assumed", "small: a larger one widens the loop with preload and bend"),
         "friction.guide_N": Source("assumed", "small compared with the sheath"),
-        "friction.sheath_N": Source("fitted", "loop width at 20 N, 2.21 deg; calibration.md of the documentation"),
+        "friction.sheath_N": Source(
+            "fitted", "loop width at 20 N, 2 x 2.21 deg, half widths in the paper; calibration.md of the documentation"
+        ),
         "friction.rest_wrap_deg": Source("assumed", "tendons run straight from wheel to base"),
         "friction.stick_compliance_mm_per_N": Source("assumed", "guides of metal: they do not give way"),
     },
 )
+
+
+def _full_widths() -> Preset:
+    """Give the preset ``du2018`` of 0.1.0, with the other reading of the paper: its widths as full widths."""
+    rig = _DU2018.rig
+    tendon = replace(rig.tendon_a, moment_arm_mm=2.64, toe_N=40.0)
+    other = replace(
+        rig,
+        name="du2018-full-widths",
+        tendon_a=tendon,
+        tendon_b=tendon,
+        friction=replace(rig.friction, sheath_N=1.39),
+        material=replace(rig.material, loop_angle_deg=2.2),
+    )
+    fit = Source("fitted", "loop widths at 10 and 20 N, 3.52 and 2.21 deg as full widths; calibration.md of the docs")
+    arms = Source("assumed", "below the paper's bound of 2.80 mm; its value and EA_N compensate each other")
+    return Preset(
+        other,
+        {
+            **_DU2018.sources,
+            **{f"tendon_{side}.moment_arm_mm": arms for side in "ab"},
+            **{f"tendon_{side}.toe_N": fit for side in "ab"},
+            "friction.sheath_N": fit,
+        },
+    )
+
 
 _SLOW_AND_ALIKE = {
     "superelastic.compression_factor": Source("assumed", "alike in tension and compression, as where it was fitted"),
@@ -172,6 +200,7 @@ _FROM_150 = {"E_GPa": 17.3, "plateau_MPa": 271.0, "plateau_modulus_GPa": 2.78, "
 
 PRESETS: dict[str, Preset] = {
     "du2018": _DU2018,
+    "du2018-full-widths": _full_widths(),
     "notched-wrist-90": _wrist(90, 0.5, 1.5, 1.57, _FROM_150),
     "notched-wrist-150": _wrist(150, 0.8, 1.2, 2.21, _FROM_90),
 }

@@ -87,7 +87,7 @@ def simulate(rig: RigLike, program: LoadProgram, engine: EngineName | None = Non
     --------
     >>> record = nb.simulate("du2018", nb.triangle(2.2, cycles=2), engine="chain")
     >>> round(record.loop_width_deg, 1)
-    2.2
+    4.4
     """
     if engine is not None and engine not in ENGINES:
         raise ValueError(f"engine = {quoted(engine)}: expected one of {', '.join(ENGINES)}")

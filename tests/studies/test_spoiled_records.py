@@ -16,7 +16,7 @@ from studies.commands.separation import separate_records
 from validation.separation import calibrate_rig, loop_program, separate
 from validation.separation.priors import stated_values
 
-RIG = replace(preset("du2018"), preload_N=20.0)
+RIG = replace(preset("du2018-full-widths"), preload_N=20.0)
 LOOP = simulate_chain(RIG, triangle(2.0, cycles=3))
 ANGLE = LOOP.angle_deg + np.random.default_rng(0).normal(0, 0.05, LOOP.drive.size)
 TURN = 60
@@ -24,7 +24,7 @@ TURN = 60
 
 
 def fit_of(angle_deg, drive_mm=LOOP.drive):
-    record = Record(drive_mm, angle_deg, rig={"preset": "du2018", "preload_N": 20.0})
+    record = Record(drive_mm, angle_deg, rig={"preset": "du2018-full-widths", "preload_N": 20.0})
     return identify(record, lambda drive: theory_curve(RIG, drive).angle_deg)
 
 
@@ -112,7 +112,9 @@ def test_intervals_are_wider_by_what_the_rig_leaves_over_the_noise(monkeypatch):
         loop = simulate_chain(replace(RIG, preload_N=preload_N), triangle(1.5, cycles=2))
         angle = loop.angle_deg + np.random.default_rng(int(preload_N)).normal(0, 0.05, loop.drive.size)
         angle = np.concatenate([np.full(late, angle[0]), angle[: angle.size - late]])
-        return Record(loop.drive, angle, rig={"preset": "du2018", "preload_N": preload_N}, source=f"{preload_N:g}.csv")
+        return Record(
+            loop.drive, angle, rig={"preset": "du2018-full-widths", "preload_N": preload_N}, source=f"{preload_N:g}.csv"
+        )
 
     true = separate(RIG, loop_program(-1.5, 1.5)).parts("dissipated_mJ")["friction"]
     well, spoiled = (separate_records([record(20.0, late), record(10.0)]) for late in (0, 3))

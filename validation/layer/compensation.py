@@ -46,7 +46,7 @@ class Disturbance:
     preload_N: float = 20.0
     friction: float = 1.0  # factor on all dry friction
 
-    def rig(self, preset_name: str = "du2018") -> Rig:
+    def rig(self, preset_name: str = "du2018-full-widths") -> Rig:
         """Rig that is driven."""
         rig = preset(preset_name, preload_N=self.preload_N)
         return replace(rig, friction=scaled_friction(rig.friction, self.friction))
@@ -121,7 +121,7 @@ def noisy(record: Record, noise_deg: float, seed: int = 0) -> Record:
 
 def disturbed_trials(elements: int = 2) -> list[DisturbedTrial]:
     """Track both references beside the ideal case, on the chain: with noise, another preload, and more friction."""
-    found, ideal = [], preset("du2018", preload_N=20.0)
+    found, ideal = [], preset("du2018-full-widths", preload_N=20.0)
     for one in DISTURBANCES:
 
         def noisy_chain(rig: Rig, program: LoadProgram, noise_deg: float = one.noise_deg) -> Record:
@@ -137,7 +137,7 @@ def trials() -> list[Trial]:
     """Track both references in the multibody model with layers of one and two elements from loops of both engines."""
     from fem_models.multibody import simulate_multibody  # loads Exudyn
 
-    rig, found = preset("du2018", preload_N=20.0), []
+    rig, found = preset("du2018-full-widths", preload_N=20.0), []
     for name, engine in (("multibody model", simulate_multibody), ("chain", simulate_chain)):
         for elements in (1, 2):
             fit = identify_layer(rig, engine, elements)

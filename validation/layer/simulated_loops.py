@@ -40,7 +40,7 @@ def paper_table() -> list[LoopFit]:
     """Fit simulated loops of three cycles, the last one held out: the quantities of the paper's Table 1."""
     found = []
     for preload in PRELOADS_N:
-        record = simulate_chain(preset("du2018", preload_N=preload), triangle(2.2, cycles=3))
+        record = simulate_chain(preset("du2018-full-widths", preload_N=preload), triangle(2.2, cycles=3))
         for kinematics, base, elements in _variants(preload):
             fit = identify(record, base, settings=IdentifySettings(elements=elements))
             found.append(LoopFit(preload, kinematics, elements, _amplitude_deg(record), (fit.heldout,)))
@@ -53,7 +53,7 @@ def minor_loops() -> list[LoopFit]:
     split = Split(parts[0], ~parts[0], "loops of half and quarter amplitude")
     found = []
     for preload in PRELOADS_N:
-        record = simulate_chain(preset("du2018", preload_N=preload), program)
+        record = simulate_chain(preset("du2018-full-widths", preload_N=preload), program)
         for kinematics, base, elements in _variants(preload):
             fit = identify(record, base, settings=IdentifySettings(elements=elements), splits=[split])
             angle = fit.predict(record.drive)
@@ -77,7 +77,7 @@ def nested(amplitudes_mm: Sequence[float]) -> tuple[LoadProgram, list[Mask]]:
 
 
 def _variants(preload_N: float) -> Iterator[tuple[str, Callable[[Floats], Floats] | None, int]]:
-    rig = preset("du2018", preload_N=preload_N)
+    rig = preset("du2018-full-widths", preload_N=preload_N)
 
     def analytic(drive: Floats) -> Floats:
         return theory_curve(rig, drive).angle_deg

@@ -163,7 +163,7 @@ def _near(rng: np.random.Generator, nominal: float) -> float:
 
 
 def _preset_rig(rng: np.random.Generator) -> tuple[Rig, dict[str, float | str]]:
-    rig = preset("du2018", preload_N=PRELOADS_N[0])
+    rig = preset("du2018-full-widths", preload_N=PRELOADS_N[0])
     dry, nitinol = rig.friction, rig.material
     tendon = replace(rig.tendon_a, EA_N=_near(rng, rig.tendon_a.EA_N))
     true = replace(

@@ -38,7 +38,7 @@ def round_and_back() -> tuple[Floats, int]:
 
 def draw() -> Figure:
     """Draw the tip's path across the tube, and what friction and material take away from it."""
-    rig = preset("du2018")
+    rig = preset("du2018-full-widths")
     smooth = two_planes(replace(rig, friction=Friction(), material=Material(60.0, 0.33)))
     drives, lead = round_and_back()
     without, with_friction = (solve_spatial(one, wheel_drives(drives)) for one in (smooth, two_planes(rig)))
@@ -84,7 +84,7 @@ def compensated_circle() -> Circle:
 
     The third drives were found with nine tenths of the friction: a model that is off.
     """
-    rig = rig_in_space(preset("du2018"), two_plane_keys())
+    rig = rig_in_space(preset("du2018-full-widths"), two_plane_keys())
     weaker = replace(rig, friction=scaled(rig.friction, 0.9))
     models = {"no compensation": smooth_rig(rig), "friction 10 % off": weaker, "compensated": rig}
     wanted, bent = wanted_circle(), dict[str, Floats]()

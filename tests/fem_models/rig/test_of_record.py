@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from fem_models.rig import RigError, preset
-from fem_models.rig.of_record import rig_of
+from fem_models.rig.of_record import require_the_rigs_sense, rig_of
 from fem_models.rig.presets import sidecar_table
 from fem_models.rig.rig import Wheel
-from hysteresis.records.record import Record
+from hysteresis.records.record import Record, RecordError
 
 
 def record(**known) -> Record:
@@ -67,3 +67,22 @@ def test_sidecar_table_names_the_preset_only_where_it_is_the_preset():
     assert sidecar_table(preset("du2018", preload_N=10.0)) == {"preset": "du2018", "preload_N": 10.0}
     other = replace(preset("du2018"), wheel=Wheel(12.0))
     assert sidecar_table(other) == {"preload_N": 20.0}
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+@pytest.mark.parametrize("spike", [0.0, 999.0])
+def test_the_sense_of_a_rig_that_bends_is_read_from_its_line(sense, spike):
+    drive = np.tile([0, 0.5, 1, 0.5, 0, -0.5, -1, -0.5], 20)
+    angle = 3.0 * sense * drive + np.random.default_rng(1).normal(0, 0.5, drive.size)
+    angle[7] += spike
+    if sense > 0:
+        require_the_rigs_sense(Record(drive, angle))
+    else:
+        with pytest.raises(RecordError, match="falls as drive_mm rises"):
+            require_the_rigs_sense(Record(drive, angle))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_noise_of_a_stuck_rig_says_nothing_of_its_sense(seed):
+    drive = np.tile([0, 0.5, 1, 0.5, 0, -0.5, -1, -0.5], 20)
+    require_the_rigs_sense(Record(drive, np.random.default_rng(seed).normal(0, 0.5, drive.size)))

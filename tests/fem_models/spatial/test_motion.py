@@ -96,7 +96,8 @@ def test_a_workspace_without_friction_is_a_function_of_the_drives():
 
 
 def test_friction_leaves_the_tip_open():
-    found = workspace(RIG, 1.0, circles=2, directions=12)
+    weak = replace(preset("du2018-full-widths"), tendon_b=None, layout=RIG.layout)
+    found = workspace(weak, 1.0, circles=2, directions=12)
     # at the same drives the tip lags the wheels on the way forth, and on the way back: on either side of no friction
     assert 0.3 < found.spread_mm.mean() < 1.0
     assert found.area_mm2(found.forth_mm) == pytest.approx(found.area_mm2(found.back_mm), rel=1e-3)

@@ -139,7 +139,7 @@ def test_iterations_do_not_grow_with_the_number_of_joints(loaded):
     """
 
     def run(joints):
-        rig = two_planes(count=joints)
+        rig = two_planes(preset("du2018-full-widths"), count=joints)
         if loaded:
             rig = with_masses(rig, (0, -1, 0), ring_g=0.1, tip_g=2.0)
         return solve_spatial(rig, wheel_drives(circle(1.0, 72)))

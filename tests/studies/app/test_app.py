@@ -25,7 +25,7 @@ from studies.commands import call
 from studies.report.tube import coarse_surface
 from validation.separation import loop_program
 
-AMPLITUDES = {"du2018": 2.2, "notched-wrist-90": 1.0, "notched-wrist-150": 1.0}
+AMPLITUDES = {"du2018": 2.2, "du2018-full-widths": 2.2, "notched-wrist-90": 1.0, "notched-wrist-150": 1.0}
 
 
 def at_start(name):

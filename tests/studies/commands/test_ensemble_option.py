@@ -25,7 +25,9 @@ def test_simulate_gives_ranges_beside_the_record(tmp_path, few, capsys):
     out = tmp_path / "loop.csv"
     arguments = ["simulate", "--preset", "du2018", "--preload", "10", "--amplitude", "2.2"]
     assert call([*arguments, "--engine", "chain", "--ensemble", "--json", "--out", str(out)]) == 0
-    found = json.loads(capsys.readouterr().out)
+    told = capsys.readouterr()
+    assert "take the paper's loop widths as full widths, the preset as half widths" in told.err
+    found = json.loads(told.out)
     assert found["ensemble"]["members"] == 4
     width = found["ensemble"]["ranges"]["loop_width_deg"]
     assert (width["low"], width["high"]) == pytest.approx((3.52, 3.52), abs=0.006)

@@ -20,7 +20,9 @@ from hysteresis.records.sidecar import toml
 from studies.commands.cli import call
 from studies.own_rig.metal import law_of_metal
 
-LINEAR = replace(preset("du2018"), name="mine", material=Material(youngs_modulus_GPa=60.0, poissons_ratio=0.33))
+LINEAR = replace(
+    preset("du2018-full-widths"), name="mine", material=Material(youngs_modulus_GPa=60.0, poissons_ratio=0.33)
+)
 FLAG = replace(LINEAR, superelastic=Superelastic())
 REACH_MM = 2.2
 
@@ -76,7 +78,7 @@ def test_a_preset_keeps_its_own_law():
     rig = preset("du2018")
     found = law_of_metal(rig, -REACH_MM, REACH_MM)
     assert found.rig is rig
-    assert "the rig's Jenkins loop 2.2 deg" in found.words
+    assert f"the rig's Jenkins loop {width_deg(rig):.3g} deg" in found.words
     wrist = preset("notched-wrist-90")
     assert law_of_metal(wrist, 0.0, 1.0).words is None  # it states the flag
 

@@ -69,17 +69,18 @@ def outcome(engine: str, values: dict[str, float], groups: tuple[str, ...], name
 
 
 def test_analytic_engine_has_no_loop():
-    found = outcome("analytic", {}, ("loop", "strain"))
+    found = outcome("analytic", {"material.loop_share": 0.0}, ("loop", "strain"))
     assert found.status == "ok"
     assert math.isnan(found.quantities["loop_width_max_deg"])
     assert math.isnan(found.quantities["dissipated_mJ"])
-    chain = outcome("chain", {}, ("loop",))
-    # friction alone is between them
-    assert found.quantities["full_scale_angle_deg"] == pytest.approx(chain.quantities["full_scale_angle_deg"], rel=0.05)
+    dry = {f"friction.{name}": 0.0 for name in ("sheath_N", "guide_N", "capstan_coefficient")}
+    chain = outcome("chain", {**dry, "material.loop_share": 0.0}, ("loop",))
+    # they differ by friction and the loop of the material alone
+    assert found.quantities["full_scale_angle_deg"] == pytest.approx(chain.quantities["full_scale_angle_deg"], rel=2e-3)
 
 
 def test_slack_is_reached_at_little_preload():
-    assert outcome("chain", {"preload_N": 2.0}, ("loop",)).quantities["slack_reached"] == 1
+    assert outcome("chain", {"preload_N": 1.0}, ("loop",)).quantities["slack_reached"] == 1
     assert outcome("chain", {"preload_N": 20.0}, ("loop",)).quantities["slack_reached"] == 0
 
 

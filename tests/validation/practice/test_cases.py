@@ -76,9 +76,9 @@ def test_sidecars_have_the_nominal_rig_or_only_the_preload(tmp_path: Path) -> No
         rig = rig_of(record)
         assert rig is not None
         assert rig.preload_N == 10.0
-        assert rig.name in ("du2018", "bench")
+        assert rig.name in ("du2018-full-widths", "bench")
         found.add((rig.name, record.cycle is None))
-    assert {name for name, _ in found} == {"du2018", "bench"}
+    assert {name for name, _ in found} == {"du2018-full-widths", "bench"}
     assert {counted for _, counted in found} == {True, False}
     unknown = draw_case("work", "unknown", "backlash", 0)
     assert [dict(record.rig) for record in unknown.records[:2]] == [{"preload_N": 20.0}, {"preload_N": 10.0}]

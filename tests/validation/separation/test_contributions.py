@@ -25,17 +25,18 @@ from validation.separation import calibrate_rig, loop_program, separate
 from validation.separation.contributions import SETS, SOURCES, closed_loop, divide, shapley, shapley_shares, switched
 from validation.separation.priors import PRIORS, stated_values, with_values
 
-RIG = preset("du2018", preload_N=20.0)
+RIG = preset("du2018-full-widths")
+PRESET = preset("du2018", preload_N=20.0)
 PROGRAM = loop_program(-2.2, 2.2)
 NO_MATERIAL = replace(RIG, material=replace(RIG.material, loop_share=0.0))
 NO_FRICTION = replace(RIG, friction=Friction())
 TRUTH = {
-    "sheath_N": 1.8,
+    "sheath_N": 4.5,
     "capstan_coefficient": 0.03,
     "loop_share": 0.3,
-    "loop_angle_deg": 1.8,
+    "loop_angle_deg": 1.55,
     "EA_N": 19_000.0,
-    "toe_N": 35.0,
+    "toe_N": 32.5,
 }
 
 
@@ -46,7 +47,7 @@ def found():
 
 def measured_loop(preload: float, seed: int, amplitude: float = 2.2) -> Record:
     """Simulate a measured loop: the preset with the parameters TRUTH, and noise of 0.02 deg."""
-    rig = with_values(replace(RIG, preload_N=preload), TRUTH)
+    rig = with_values(replace(PRESET, preload_N=preload), TRUTH)
     run = simulate_chain(rig, triangle(amplitude, cycles=2))
     angle = run.angle_deg + 0.02 * np.random.default_rng(seed).standard_normal(run.drive.size)
     return Record(drive=run.drive, angle_deg=angle, rig={"preset": "du2018", "preload_N": preload}, title="bench")
@@ -212,7 +213,7 @@ def of_both():
 
 def test_parameters_are_recovered_from_noisy_loops_within_their_intervals(of_both):
     assert of_both.rmse_deg == pytest.approx(0.02, rel=0.1)  # the noise of the record
-    stated = stated_values(RIG)  # arm, depth, modulus and free length are as stated
+    stated = stated_values(PRESET)  # arm, depth, modulus and free length are as stated
     assert set(of_both.parameters) == set(stated) - {"backlash_takes_up_N"}  # the likeliest rig has no play
     for name, parameter in of_both.parameters.items():
         half, true = 0.5 * (parameter.high - parameter.low), TRUTH.get(name, stated[name])
@@ -223,7 +224,7 @@ def test_parameters_are_recovered_from_noisy_loops_within_their_intervals(of_bot
 
 def test_what_the_records_do_not_tell_is_as_open_as_its_tolerance(of_both):
     length = of_both.parameters["free_length_mm"]  # it acts as EA does
-    expected = 2 * 1.96 * PRIORS["free_length_mm"].spread * RIG.tendon_a.free_length_mm
+    expected = 2 * 1.96 * PRIORS["free_length_mm"].spread * PRESET.tendon_a.free_length_mm
     assert length.high - length.low == pytest.approx(expected, rel=0.35)
 
 

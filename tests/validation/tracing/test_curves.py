@@ -265,11 +265,11 @@ def test_parameters_are_in_the_unit_of_the_drive():
 
 
 def test_records_of_the_chain_without_an_effect_are_explained():
-    """The preset with its toe region, 2 preloads, rates and amplitudes: the residual is at most 1.5 times the noise."""
+    """A rig of weak friction and a toe, 2 preloads, rates and amplitudes: at most 1.5 times the noise is left."""
     rng, noise, records = np.random.default_rng(3), 0.04, []
     for preload, amplitude, rate in ((20, 2.2, 0.1), (10, 2.2, 1.0), (20, 1.1, 1.0), (10, 1.1, 0.1)):
         program = sine(amplitude, rate, cycles=2, samples_per_cycle=88)
-        record = simulate_chain(preset("du2018", preload_N=float(preload)), program)
+        record = simulate_chain(preset("du2018-full-widths", preload_N=float(preload)), program)
         angle = record.angle_deg + rng.normal(0, noise, record.angle_deg.size)
         records.append(replace(record, angle_deg=angle, rig={"preload_N": float(preload)}))
     problem = curve_problem(records)

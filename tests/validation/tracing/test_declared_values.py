@@ -68,6 +68,6 @@ def test_a_play_that_friction_takes_is_told_by_the_file():
     assert report.verdict == "none"
     assert [one.name for one in report.detection_limits] == ["unequal_tendons"]
     assert "The fit absorbs these at every size, so they may be there: backlash." in in_words(report)
-    assert report.declared["sheath_N"].value == pytest.approx(1.39)
-    assert report.baseline["sheath_N"].value > 2.5
-    assert any("sheath_N is 2." in words and "1.39 N in the file" in words for words in in_words(report))
+    assert report.declared["sheath_N"].value == pytest.approx(3.49)
+    assert report.baseline["sheath_N"].value > 4.6
+    assert any("sheath_N is 4." in words and "3.49 N in the file" in words for words in in_words(report))

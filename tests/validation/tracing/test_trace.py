@@ -314,7 +314,10 @@ def test_no_record_and_a_record_without_a_reversal_are_refused():
 
 @pytest.mark.parametrize("samples", [24, 88])
 def test_one_clean_cycle_of_few_samples_is_not_unexplained(samples):
-    """The noise estimated from so few samples is sometimes too small by a third."""
+    """The noise estimated from so few samples is sometimes too small by a third.
+
+    At the level of 0.05 of the test three or more of 12 have a probability of 2 %.
+    """
     run = simulate_chain(preset("du2018"), sine(2.2, 0.1, cycles=1, samples_per_cycle=samples))
     verdicts = []
     for seed in range(12):
@@ -323,7 +326,7 @@ def test_one_clean_cycle_of_few_samples_is_not_unexplained(samples):
             drive=run.drive, angle_deg=angle, time_s=run.time_s, rig={"preset": "du2018", "preload_N": 20.0}
         )
         verdicts.append(trace_records([record], effects=[]).verdict)
-    assert verdicts.count("none") >= 11
+    assert verdicts.count("none") >= 10
 
 
 def test_an_effect_is_not_named_for_an_optimum_that_the_baseline_missed():

@@ -29,11 +29,11 @@ from fem_models.rig.effects import (
 from fem_models.rig.rig import Friction
 from hysteresis.records.metrics import loop_width
 
-_LINEAR_TENDON = replace(preset("du2018").tendon_a, toe_N=0.0)
+_LINEAR_TENDON = replace(preset("du2018-full-widths").tendon_a, toe_N=0.0)
 _LOSSLESS = replace(
-    preset("du2018"),
+    preset("du2018-full-widths"),
     friction=Friction(),
-    material=replace(preset("du2018").material, loop_share=0.0),
+    material=replace(preset("du2018-full-widths").material, loop_share=0.0),
     tendon_a=_LINEAR_TENDON,
     tendon_b=_LINEAR_TENDON,
 )
@@ -63,7 +63,7 @@ EFFECTS: dict[str, dict[str, object]] = {
 
 def comparison_rigs(preload_N: float) -> dict[str, Rig]:
     """Rigs by name: the lossless rig with each mechanism alone, the default rig, and that with all effects."""
-    lossless, default = replace(_LOSSLESS, preload_N=preload_N), preset("du2018", preload_N=preload_N)
+    lossless, default = replace(_LOSSLESS, preload_N=preload_N), preset("du2018-full-widths", preload_N=preload_N)
     tendon = default.tendon_a
     rigs = {
         "elastic tendons": lossless,

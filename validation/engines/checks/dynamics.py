@@ -132,5 +132,7 @@ def _width(record: Record) -> float:
 
 def comparisons() -> list[DynamicComparison]:
     """Compare at both preloads of the paper and three rates, without and with drag."""
-    rigs = [replace(preset("du2018", preload_N=p), drag=drag) for p in (10.0, 20.0) for drag in (None, DRAG)]
+    rigs = [
+        replace(preset("du2018-full-widths", preload_N=p), drag=drag) for p in (10.0, 20.0) for drag in (None, DRAG)
+    ]
     return [compare_dynamic(rig, rate) for rig in rigs for rate in RATES_HZ]

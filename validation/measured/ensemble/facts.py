@@ -11,12 +11,13 @@ from fem_models.chain.solve import chain_angle_deg
 from fem_models.load import triangle
 from fem_models.rig import Rig
 from hysteresis.arrays import Floats
-from validation.measured.preset_du2018 import AMPLITUDE_MM, FULL_SCALE_DEG, WIDTHS_DEG
+from validation.measured.preset_du2018 import AMPLITUDE_MM, FULL_SCALE_DEG, READING, WIDTHS_DEG
+from validation.measured.readings.paper_table import FACTORS
 
 FULL_SCALE_RESOLUTION_DEG = 0.5
 """The paper gives whole degrees: half of the last digit on either side."""
-WIDTH_RESOLUTION_DEG = 0.005
-"""The paper gives hundredths of a degree."""
+WIDTH_RESOLUTION_DEG = 0.005 * FACTORS[READING]
+"""The paper gives hundredths of a degree; a width is twice a half one."""
 PLACE_RESOLUTION_MM = 0.5
 """The paper says "near zero drive" and shows it in figures with points every 0.1 mm; assumed."""
 PRELOADS_N = tuple(WIDTHS_DEG)
@@ -69,15 +70,21 @@ class Facts:
         """Whether both loops are widest near zero drive."""
         return all(abs(x) <= PLACE_RESOLUTION_MM + 1e-9 for x in self.widest_at_mm)
 
-    def met_by(self, other: Facts) -> bool:
+    def met_by(self, other: Facts, width_resolution_deg: float = WIDTH_RESOLUTION_DEG) -> bool:
         """Whether another rig shows these facts within their resolution."""
         off = np.abs(self.numbers - other.numbers)
-        limits = np.array([FULL_SCALE_RESOLUTION_DEG, WIDTH_RESOLUTION_DEG, WIDTH_RESOLUTION_DEG])
+        limits = np.array([FULL_SCALE_RESOLUTION_DEG, width_resolution_deg, width_resolution_deg])
         return bool((off <= limits + 1e-9).all()) and other.place_met
 
 
-PAPER = Facts(FULL_SCALE_DEG, (WIDTHS_DEG[10.0], WIDTHS_DEG[20.0]), (0.0, 0.0))
-"""What the paper states: sections 3.1 and 4.2."""
+def facts_as(reading: str) -> Facts:
+    """Give what the paper states, sections 3.1 and 4.2, with its widths as ``"full"`` or ``"half"`` ones."""
+    low, high = (FACTORS[reading] / FACTORS[READING] * WIDTHS_DEG[preload] for preload in PRELOADS_N)
+    return Facts(FULL_SCALE_DEG, (low, high), (0.0, 0.0))
+
+
+PAPER = facts_as(READING)
+"""What the paper states, as the preset takes it."""
 
 
 def facts_of(rig: Rig, step_mm: float = 0.1) -> Facts:

@@ -18,6 +18,7 @@ from validation.measured.ensemble.draws import Draws, draw
 from validation.measured.ensemble.facts import PAPER, Facts
 from validation.measured.ensemble.members import Member, extend
 from validation.measured.ensemble.priors import Model
+from validation.measured.preset_du2018 import READING
 
 LIBRARIES = ("notchbend", "numpy", "scipy", "numba", "emcee")
 LEAST_EFFECTIVE = 5.0
@@ -162,6 +163,7 @@ def _sidecar(found: Mapping[str, ModelResult], models: Mapping[str, Model], sett
     lines = [
         "schema = 1",
         'command = "python -m docs.make.calibration.sample"',
+        f"reading = {json.dumps(f'{READING} widths')}",
         *(f"{key} = {value}" for key, value in vars(settings).items()),
         "[versions]",
         *(f"{library} = {json.dumps(version(library))}" for library in LIBRARIES),
