@@ -10,7 +10,7 @@ from pathlib import Path
 from hysteresis.files import RecordError
 from hysteresis.messages import as_given, listed, quoted
 from hysteresis.records.record_file import MOST_COLUMNS
-from hysteresis.records.units import UNITS
+from hysteresis.records.units import UNITS, unit_called
 from studies.own_rig.tables.cells import Cell, Marks, MarksError, find_marks, is_missing, is_value
 from studies.own_rig.tables.table import Column, require_size
 
@@ -173,7 +173,8 @@ def _names(grid: Grid, start: int) -> tuple[int | None, list[str], list[str]]:
 
 def _are_units(texts: Sequence[str]) -> bool:
     plain = [re.sub(r"\s+", "", text.strip(" []()")).lower() for text in texts]
-    return all(text in UNITS or text in _OTHER_UNITS for text in plain) and any(text in UNITS for text in plain)
+    known = [text in UNITS or unit_called(text) is not None for text in plain]
+    return any(known) and all(is_one or text in _OTHER_UNITS for is_one, text in zip(known, plain, strict=True))
 
 
 def _rows_of_numbers(
