@@ -88,13 +88,35 @@ UNITS: dict[str, Unit] = {
 } | {symbol: Unit(kind, math.nan, symbol) for kind, symbols in _WITHOUT_FACTOR.items() for symbol in symbols.split()}
 """Units by how they are written, in small letters."""
 _SHORT: dict[Measured, frozenset[str]] = {
-    "drive": frozenset({"m", "in", "N", "n", "V", "mn", "kn"}),
+    "drive": frozenset({"m", "in", "N", "n", "V", "mn", "kn", "dm", "mil", "inc", "dan", "daN", "oz"}),
     "angle": frozenset({"V", "N", "kn"}),
     "time": frozenset({"s", "h", "min", "us", "ns"}),
-    "force": frozenset({"N", "n", "g", "V"}),
+    "force": frozenset({"N", "n", "g", "V", "dan", "daN", "oz"}),
 }
 """Short words that are a unit at the end of a name of what is measured; elsewhere they may number or label a column."""
-_LABELS = frozenset(["m", "g", "h", "s", "n", "v", "a", "in", "min", "raw", "us", "bit", "bits", "duty"])
+_LABELS = frozenset(
+    [
+        "m",
+        "g",
+        "h",
+        "s",
+        "n",
+        "v",
+        "a",
+        "in",
+        "min",
+        "raw",
+        "us",
+        "bit",
+        "bits",
+        "duty",
+        "dm",
+        "mil",
+        "dan",
+        "oz",
+        "inc",
+    ]
+)
 _WORDS = {
     "force": "force load tension weight",
     "torque": "torque tau moment",
@@ -117,7 +139,8 @@ _OTHER_KINDS = {
 _RATES = frozenset(["per", "rate", "speed", "velocity", "vel", "dot", "omega", "acceleration", "accel", "acc"])
 _NO_UNITS = frozenset(
     ["tip", "base", "left", "top", "ref", "cmd", "act", "avg", "mean", "rel", "abs", "x", "y", "z", "l", "r", "a", "b",
-     "up", "down", "1st", "2nd", "imu", "cam", "em", "hall", "tcp"]
+     "up", "down", "imu", "cam", "em", "hall", "tcp", "enc", "filt", "meas", "true", "set", "sim", "exp", "fit", "rot",
+     "bend", "pos"]
 )  # fmt: skip
 """Short words in brackets that say which column it is."""
 _CALLED = {"counts": "counts of a converter or encoder", "rate": "a rate", "percent": "a percentage",
@@ -185,7 +208,7 @@ def unit_called(text: str) -> Unit | None:
 def unknown_unit(name: str) -> str | None:
     """Give what stands in brackets at the end of a name, as a unit does, and is none; None where nothing does."""
     found = re.search(r"[\[(<]\s*([^\[\]()<>\s]{1,4})\s*[\])>]\s*$", name)
-    if found is None or found[1].isdigit() or found[1].lower() in _NO_UNITS:
+    if found is None or re.search(r"\d", found[1]) or found[1].lower() in _NO_UNITS:
         return None
     return found[1] if unit_of("drive", f"[{found[1]}]") is None else None
 
@@ -219,13 +242,12 @@ def _unit_of_words(measured: Measured, words: list[str]) -> Unit | None:
         return UNITS["mm/s"]
     if words[-2:] == ["N", "m"]:
         return UNITS["nm"]
-    of_angle = any(_KIND_OF_WORD.get(word) == "angle" for word in small)
-    if of_angle and small[-1] in ("m", "in"):  # theta_m: of the motor, no length
+    kinds = [_KIND_OF_WORD[word] for word in small if word in _KIND_OF_WORD]
+    if "angle" in kinds and "length" not in kinds and small[-1] in ("m", "in"):  # theta_m: of the motor, no length
         words = words[:-1]
     units = [_unit_of_word(measured, word, last=i == len(words) - 1) for i, word in enumerate(words)]
     if (found := next(filter(None, reversed(units)), None)) is not None:
         return found
-    kinds = [_KIND_OF_WORD[word] for word in small if word in _KIND_OF_WORD]
     return Unit(kinds[-1], math.nan, "") if kinds and kinds[-1] in _OTHER_KINDS[measured] else None
 
 

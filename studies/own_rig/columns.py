@@ -24,15 +24,21 @@ _WORDS = {
     "drive": (
         r"drive|displacement|tendon|pull|wheel|motor|stroke|stage|actuator",
         r"position|extension|cable|wire|rope|spool|pulley|servo|travel|insertion|command|cmd|setpoint|input|"
+        r"位移|行程|変位|spostamento|desloca|desplaza|verplaatsing|förskjutning|déplacement|"
         r"weg|hub|kurbel|pwm|volt|^enc|encoder|steps|counts|ticks|(^|[^a-z])pos([^a-z]|$)",
     ),
     "angle": (
         r"angle|theta|bend|tip_deg|cam(?!era)",
-        r"winkel|phi|biegung|yaw|pitch|roll|tilt|θ|φ|α|rotation|deflection|orientation|flexion|[aá]ngulo|(^|_)(rot|ang)(_|$)",
+        r"winkel|phi|biegung|yaw|pitch|roll|tilt|θ|φ|α|rotation|deflection|orientation|flexion|[aá]ngulo|(^|_)(rot|ang)(_|$)|"
+        r"角|angolo|ângulo|hoek|vinkel|kąt|úhel",
     ),
-    "time": (r"time|^t$|^t[ _(\[]|stamp|seconds", r"zeit|temps|tiempo|elapsed|clock|uhr|millis|micros|^t/|^sec|^ms$"),
+    "time": (
+        r"time|^t$|^t[ _(\[]|stamp|seconds",
+        r"zeit|temps|tiempo|tempo(?!r)|tijd|^tid\b|horodat|时间|時間|elapsed|clock|uhr|millis|micros|^x_value$|^t/|\.t$|"
+        r"^sec|^ms$",
+    ),
     "cycle": (r"cycle|^lap$|^trial$", r"^(run|rep|repetition|loop|zyklus|versuch)(_?(no|nr|id|number))?$"),
-    "force": (r"(?<!ex)tension|force", r"load|kraft|(^|[^a-z])f[ _(\[]*(n|kn|mn)\b"),
+    "force": (r"(?<!ex)tension|force", r"load|kraft|fuerza|forza|força|kracht|力|(^|[^a-z])f[ _(\[]*(n|kn|mn)\b"),
 }
 """What the names of columns have in them, by key; the second where no column has the first."""
 _NOT = {
@@ -113,7 +119,7 @@ def known_columns(table: BenchTable, reading: Reading) -> Known:
     for key in NAMED:
         if key == "time" and reading.no_time:
             continue
-        name = reading.columns.get(key)
+        name = _given(table, reading.columns.get(key))
         if name:
             table.require(name)
         elif key == "drive":
@@ -131,6 +137,9 @@ def known_columns(table: BenchTable, reading: Reading) -> Known:
             )
         if name is None or (not reading.columns.get(key) and name in known.values()):
             continue
+        if key == "time" and not reading.columns.get(key) and _is_empty(table, name):
+            notes.append(f"{quoted(name)} is empty: no times")
+            continue
         if key == "cycle" and not reading.columns.get(key) and table.columns[name].parsed.wrong is not None:
             notes.append(f"{quoted(name)} has words in it: cycles are found from the reversals")
             continue
@@ -143,6 +152,18 @@ def known_columns(table: BenchTable, reading: Reading) -> Known:
             if unit is None:
                 assumed.add(role)
     return Known(known, units, tuple(notes), frozenset(assumed))
+
+
+def _is_empty(table: BenchTable, name: str) -> bool:
+    parsed = table.columns[name].parsed
+    return parsed.wrong is None and bool(np.isnan(parsed.values).all())
+
+
+def _given(table: BenchTable, name: str | None) -> str | None:
+    """Give the column that an option names; a number is that of the column, from 1, where none has it as its name."""
+    if name is None or name in table.columns or not (name.isascii() and name.isdecimal() and len(name) < 6):
+        return name
+    return list(table.columns)[int(name) - 1] if 1 <= int(name) <= len(table.columns) else name
 
 
 def _is_force(table: BenchTable, name: str, reading: Reading) -> bool:

@@ -16,9 +16,9 @@ from hysteresis.records.record_file import MOST_DIGITS
 Cell = str | float | datetime | date | time | timedelta | None
 MISSING = frozenset(
     ["", "nan", "-nan", "na", "n/a", "#n/a", "#na", "null", "none", "nil", "missing", "-", "--", "---", "?", ".",
-     "#div/0!", "#value!", "#num!", "#ref!", "nan(ind)", "-nan(ind)", "1.#qnan", "1.#ind", "-1.#ind", "n. a.", "n.a.", "\u2013", "\u2014", "...", "#nv",
-     "#wert!", "#zahl!", "#bezug!", "#valeur!", "ol", "o.l", "ovld", "ovl", "overload", "overflow", "over", "ovrflw",
-     *("*" * k for k in range(1, 21))]
+     "#div/0!", "#value!", "#num!", "#ref!", "nan(ind)", "-nan(ind)", "1.#qnan", "1.#ind", "-1.#ind", "n. a.", "n.a.",
+     "\u2013", "\u2014", "...", "#nv", "#wert!", "#zahl!", "#bezug!", "#valeur!", "ol", "o.l", "ovld", "ovl",
+     "overload", "overflow", "over", "ovrflw", *("*" * k for k in range(1, 21))]
 )  # fmt: skip
 """How programs write that there is no number, in small letters."""
 _GROUPS = re.compile(r"(?<=\d)['’\u00a0\u2009\u202f ](?=\d{3}(?!\d))")
@@ -170,7 +170,7 @@ def is_missing(cell: Cell) -> bool:
 def is_value(cell: Cell) -> bool:
     """Tell whether a cell is a number with any marks, or a time."""
     if isinstance(cell, str):
-        if is_missing(cell) or not any(map(str.isdigit, cell)):
+        if is_missing(cell) or not any(map(str.isdigit, cell)) or ("." in cell and cell.rstrip().endswith(",")):
             return False
         loose = (Marks(), Marks(","), Marks(",", "."), Marks(".", ","))
         return any(math.isfinite(number(cell, marks)) for marks in loose) or instant(cell) is not None

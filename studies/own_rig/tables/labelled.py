@@ -11,12 +11,16 @@ from hysteresis.messages import listed, quoted
 from hysteresis.records.units import unit_called
 
 _PAIR = re.compile(
-    r"\s*[,;|]?\s*([^\W\d][\w .()/\[\]°%-]{0,40}?)\s*[:=]\s*([+-]?\d*[.,]?\d+(?:[eE][+-]?\d+)?|nan)\s*([^\W\d]+|[°%])?(?=[\s,;|]|$)",
+    r"[\s,;|]{0,9}([^\W\d][\w .()/\[\]°%-]{0,40}?)\s{0,9}[:=]\s{0,9}"
+    r"([+-]?\d{0,20}[.,]?\d{1,20}(?:[eE][+-]?\d{1,3})?|nan)\s{0,9}([^\W\d]{1,9}|[°%])?(?=[\s,;|]|$)",
     re.IGNORECASE,
 )
 _ARROW = re.compile(r"(\d{1,2}:\d{2}:\d{2}[.,]\d{1,6}) -> (.*)")
 _MOST = 0.8
 """Part of the lines that have labels, or stamps, where all are read so."""
+_LOOKED_AT = 50
+_LONGEST = 1000
+"""Characters of a line that may have labels."""
 
 
 def of_monitor(path: Path, numbers: Sequence[int], lines: Sequence[str]) -> tuple[list[int], list[str], list[str]]:
@@ -29,23 +33,26 @@ def of_monitor(path: Path, numbers: Sequence[int], lines: Sequence[str]) -> tupl
     RecordError
         A line between them with other labels than the first one.
     """
-    stamped = [_ARROW.fullmatch(line.strip()) for line in lines]
-    if len(lines) > 2 and sum(map(bool, stamped)) >= _MOST * len(lines):
+    first = lines[:_LOOKED_AT]
+    least = _MOST * len(first)
+    if len(lines) > 2 and sum(_ARROW.fullmatch(line.strip()) is not None for line in first) >= least:
+        stamped = [_ARROW.fullmatch(line.strip()) for line in lines]
         rest = [(number, found) for number, found in zip(numbers, stamped, strict=True) if found]
         mark = next((mark for mark in (";", "\t", ",") if mark in rest[-1][1][2]), " ")
         named = [number for number, found in rest[:1] if not re.match(r"[\s+-]*[\d.]", found[2])]
         head = [f"time{mark}{rest[0][1][2]}"] if named else []
         rows = [f"{found[1].replace(',', '.')}{mark}{found[2]}" for _, found in rest[len(named) :]]
         return [number for number, _ in rest], head + rows, ["stamps before an arrow: the first column"]
-    pairs = [_pairs(line) for line in lines]
-    if len(lines) < 3 or sum(map(bool, pairs)) < _MOST * len(lines):
-        return list(numbers), list(lines), []
-    return _table(path, numbers, lines, pairs)
+    if len(lines) > 2 and sum(bool(_pairs(line)) for line in first) >= least:
+        return _table(path, numbers, lines, [_pairs(line) for line in lines])
+    return list(numbers), list(lines), []
 
 
 def _pairs(line: str) -> list[tuple[str, str]]:
     """Give names and numbers of a line that consists of them; the unit behind a number is put into its name."""
-    found, at = list[tuple[str, str]](), 0
+    found, at, line = list[tuple[str, str]](), 0, line.strip()
+    if len(line) > _LONGEST:
+        return []
     while line[at:].strip(" \t,;|"):
         pair = _PAIR.match(line, at)
         if pair is None:

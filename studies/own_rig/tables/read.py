@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from hysteresis.files import RecordError, read_bytes
@@ -29,11 +30,10 @@ _OTHERS = (
 )
 """First bytes of files that are not read, and what to do."""
 _TEXTS = (
-    (b"<", "XML or a page of the web: expected a table, saved as .xlsx or CSV"),
-    (b"{", "JSON: expected a CSV (pandas.read_json and DataFrame.to_csv make one)"),
-    (b"[{", "JSON: expected a CSV (pandas.read_json and DataFrame.to_csv make one)"),
+    (rb"<(\?xml|!|html|table|meta)", "XML or a page of the web: expected a table, saved as .xlsx or CSV"),
+    (rb"\[?\s*\{\s*\"", "JSON: expected a CSV (pandas.read_json and DataFrame.to_csv make one)"),
 )
-"""First characters of texts that are no tables, and what to do."""
+"""How texts begin that are no tables, and what to do."""
 
 
 def read_table(path: Path, *, encoding: str | None = None, sheet: str | None = None) -> BenchTable:
@@ -59,7 +59,7 @@ def read_table(path: Path, *, encoding: str | None = None, sheet: str | None = N
             raise RecordError(f"{path}: {words}")
     begin = content[:200].removeprefix(b"\xef\xbb\xbf").lstrip()
     for first, words in _TEXTS:
-        if begin.startswith(first):
+        if re.match(first, begin, re.IGNORECASE):
             raise RecordError(f"{path}: {words}")
     if content.startswith((b"PK\x03\x04", b"PK\x05\x06")):
         from studies.own_rig.tables.spreadsheet import read_spreadsheet

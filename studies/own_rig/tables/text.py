@@ -33,8 +33,8 @@ _MOST_LINES_OF_FIELD = 20
 _FULL_WIDTH_DIGITS = re.compile("[\uff10-\uff19]")
 _FULL_WIDTH = {0xFF00 + code - 0x20: chr(code) for code in map(ord, "0123456789.,+-")}
 """Digits and marks as wide as a Chinese or Japanese character."""
-_RULER = re.compile(r"[\s|+:=-]*--[\s|+:=-]*[|+][\s|+:=-]*")
-"""A line of dashes and bars, as of Markdown and of tables with frames."""
+_RULER = frozenset(" \t|+:=-")
+"""Characters of a line of dashes and bars, as of Markdown and of tables with frames."""
 _SPLIT = {" ": re.compile(r"[ \t]+"), "  ": re.compile(r"\t|\s{2,}")}
 
 
@@ -137,7 +137,7 @@ def read_text_table(path: Path, content: bytes, encoding: str | None = None) -> 
 def _kept(path: Path, text: str, skip: int) -> _Lines:
     numbers, texts, comments = list[int](), list[str](), list[tuple[int, str]]()
     for number, line in enumerate(text.split("\n"), start=1):
-        if number <= skip or not line.strip() or _RULER.fullmatch(line):
+        if number <= skip or not line.strip() or _is_ruler(line):
             continue
         if len(line) > _MOST_CHARACTERS:
             raise RecordError(f"{path}:{number}: {len(line):,} characters: expected at most {_MOST_CHARACTERS:,}")
@@ -147,6 +147,10 @@ def _kept(path: Path, text: str, skip: int) -> _Lines:
             numbers.append(number)
             texts.append(line)
     return _Lines(numbers, texts, comments)
+
+
+def _is_ruler(line: str) -> bool:
+    return "--" in line and ("|" in line or "+" in line) and _RULER.issuperset(line)
 
 
 def _delimiter(lines: Sequence[str]) -> str:
