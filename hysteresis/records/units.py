@@ -190,7 +190,7 @@ def unit_of(measured: Measured, name: str, given: str = "") -> Unit | None:
     """
     if given and (unit := unit_called(given)) is not None:
         return unit
-    attached = re.findall(r"[\W_](\d+[^\W\d_]+)$", name)  # pos_10um
+    attached = re.findall(r"[\W_](10+[^\W\d_]+)$", name)  # pos_10um
     for part in [*reversed(_in_brackets(name)), *attached]:
         if (unit := unit_called(part)) is not None:
             return unit
@@ -219,7 +219,7 @@ def _in_brackets(name: str) -> list[str]:
 
 def _scaled(text: str) -> Unit | None:
     """Tell a multiple of a unit, such as ``0.01 mm``, ``mm x100``, ``10^-2 mm`` or ``pi rad``."""
-    words = re.findall(r"[^\W\d_]+|[°º]", text.lower())
+    words = [] if re.fullmatch(r"\s*[^\W\d_]+\d+\s*", text) else re.findall(r"[^\W\d_]+|[°º]", text.lower())
     units = [word for word in words if word in UNITS and UNITS[word].factor > 0]
     others = set(words) - set(units) - {"x", "e", "pi", "π"}
     of_number = re.search(r"\d|\bpi\b|π", text.lower()) and not re.search(r"[=:±]|\+-|\d\s*([-–]|\.\.)\s*\d", text)

@@ -237,7 +237,7 @@ def _words_on(key: str, name: str, unit: Unit | None) -> list[str]:
     if unit.factor == 1.0 or unit.kind == "steps":
         return []
     to = {"length": "mm", "angle": "deg", "time": "s", "force": "N"}[unit.kind]
-    symbol = {"in": "inches", "kn": "kN", "mn": "mN", "cn": "cN"}.get(unit.symbol, unit.symbol)
+    symbol = {"in": "inches", "kn": "kN", "mn": "mN", "cn": "cN", "dan": "daN"}.get(unit.symbol, unit.symbol)
     return [f"{quoted(name)} in {symbol}: times {unit.factor:.6g}, to {to}"]
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from hysteresis.files import RecordError
 from hysteresis.messages import as_given, listed, quoted
-from hysteresis.records.record_file import MOST_COLUMNS
+from hysteresis.records.record_file import MOST_COLUMNS, STATISTICS
 from hysteresis.records.units import UNITS, unit_called
 from studies.own_rig.tables.cells import Cell, Marks, MarksError, find_marks, is_missing, is_value
 from studies.own_rig.tables.table import Column, require_size
@@ -42,11 +42,6 @@ _TYPES = frozenset(
 
 _REMARKS = frozenset(["comment", "comments", "note", "notes", "remark", "remarks", "marker", "event", ""])
 """Names of last columns that no row may have."""
-_STATISTICS = frozenset(
-    ["mean", "max", "min", "maximum", "minimum", "average", "avg", "median", "std", "sd", "stdev", "std dev", "sum",
-     "range", "rms", "mittelwert", "mittel", "summe", "moyenne", "écart-type", "media", "promedio"]
-)  # fmt: skip
-"""Words of rows above or below the numbers that are made of them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,7 +150,7 @@ def _first(row: Sequence[Cell]) -> Sequence[Cell]:
 
 def _is_statistic(row: Sequence[Cell]) -> bool:
     """Tell whether a cell of a row says that it is of means, limits or sums."""
-    return any(isinstance(cell, str) and cell.strip(" .:").lower() in _STATISTICS for cell in row)
+    return any(isinstance(cell, str) and cell.strip(" .:").lower() in STATISTICS for cell in row)
 
 
 def _are_column_numbers(row: Sequence[Cell]) -> bool:
