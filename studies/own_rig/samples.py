@@ -165,17 +165,17 @@ def _require_one_specimen(table: BenchTable, columns: BenchColumns, rows: Ints) 
         cells = [str(column.cells[i]).strip() for i in rows.tolist()]
         values = list(dict.fromkeys(cells))
         changes = sum(a != b for a, b in pairwise(cells))
-        numbers = np.sort(np.abs(column.parsed.values[rows])) if column.parsed.wrong is None else np.empty(0)
-        drifts = (
-            numbers.size > 0
-            and bool((steps := np.diff(np.unique(numbers))).size)
-            and steps.min() < _APART * numbers[-1]
-        )
-        if drifts or changes != len(values) - 1:
+        if changes != len(values) - 1 or (column.parsed.wrong is None and _drifts(column.parsed.values[rows])):
             continue
         if 1 < len(values) <= _MOST_SPECIMENS and len(cells) >= _FEWEST * len(values):
             found = f"{table.path}: column {quoted(name)} has {listed(values, 60)}: a record is of one of them"
             raise RecordError(f"{found}: expected a table of each")
+
+
+def _drifts(values: Floats) -> bool:
+    """Tell whether values differ so little that they are measured, not set."""
+    steps = np.diff(np.unique(np.abs(values)))
+    return steps.size > 0 and bool(steps.min() < _APART * np.abs(values).max())
 
 
 def _once(table: BenchTable, columns: BenchColumns, rows: Ints) -> Ints:

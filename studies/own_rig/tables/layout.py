@@ -97,7 +97,8 @@ def layout_of(grid: Grid) -> Layout:
     skipped = next((i for i in range(start, len(grid.rows)) if not _is_statistic(_first(grid.rows[i]))), start) - start
     start += skipped
     if names and names[-1].lower() in _REMARKS:
-        names = _without_remarks(names, max(_filled(row) for row in grid.rows[start:] if any(map(is_value, row))))
+        filled = (_filled(row) for row in grid.rows[start:] if any(map(is_value, row)))
+        names = _without_remarks(names, max(filled, default=width))
         width = len(names)
     grid, of_rows = _without_row_names(grid, start, width if names else 0)
     rows, lines, notes = _rows_of_numbers(grid, start, header, width)
