@@ -272,6 +272,9 @@ def of_spreadsheets() -> dict[str, str]:
         "means-above.csv": f"{head}\nmean,0.1,0.2\nstd,1.4,27\n{body}",
         "means-below.csv": table("drive_mm,angle_deg,", zip(WAY, ANGLE, [""] * 37, strict=True)) + "0.1,0.2,mean\n",
         "mean-without-a-word.csv": table("drive_mm,angle_deg", zip(WAY, ANGLE, strict=True)) + "\n0.11,0.22\n",
+        "a-pause-before-the-end.csv": grid.replace("\n8.5,", "\n\n8.5,"),
+        "words-in-the-last-row.csv": table(f"{head},event", rows(TIME, WAY, ANGLE, [""] * 36 + ["max"])),
+        "words-of-a-run.csv": "A\n" + table(f"run,{head}", zip(["A"] * 37, TIME, WAY, ANGLE, strict=True)),
         "zeros-at-the-end.csv": grid + "0,0,0\n" * 4,
         "last-number-cut.csv": "\n".join([head, *three])[:-2].replace(",", ";"),
         "names-in-a-line-above.csv": f"Time,Drive,Angle\ns,mm,deg\nrun 1,run 1,run 1\n{body}",
@@ -306,6 +309,8 @@ def of_channels() -> dict[str, str]:
     return {
         "labview-units-above.lvm": head + table(None, grid, "\t"),
         "labview-without-times.lvm": head + table(None, [("", *row[1:]) for row in grid], "\t"),
+        "labview-with-a-comment.lvm": head
+        + table(None, [(*row, "start")[: 4 if i == 0 else 3] for i, row in enumerate(grid)], "\t"),
         "labview-begun-anew.lvm": f"{head}{parts[0]}\n{head.replace('05/03', '05/04')}{parts[1]}",
     }
 

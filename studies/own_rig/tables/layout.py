@@ -7,11 +7,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from hysteresis.files import RecordError
 from hysteresis.messages import as_given, listed, quoted
 from hysteresis.records.record_file import MOST_COLUMNS, STATISTICS
 from hysteresis.records.units import UNITS, unit_called
-from studies.own_rig.tables.cells import Cell, Marks, MarksError, find_marks, is_missing, is_value
+from studies.own_rig.tables.cells import Cell, Marks, MarksError, find_marks, is_missing, is_value, parse
 from studies.own_rig.tables.table import Column, require_size
 
 _LOOKED_AT = 400
@@ -40,8 +42,8 @@ _TYPES = frozenset(
 """Words of a row that says the types of the columns."""
 
 
-_REMARKS = frozenset(["comment", "comments", "note", "notes", "remark", "remarks", "marker", "event", ""])
-"""Names of last columns that no row may have."""
+_REMARKS = frozenset(["comment", "comments", "note", "notes", "remark", "remarks", "marker", "event"])
+"""Names of a last column that few rows have, or none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,9 +99,7 @@ def layout_of(grid: Grid) -> Layout:
     skipped = next((i for i in range(start, len(grid.rows)) if not _is_statistic(_first(grid.rows[i]))), start) - start
     start += skipped
     if names and names[-1].lower() in _REMARKS:
-        filled = (_filled(row) for row in grid.rows[start:] if any(map(is_value, row)))
-        names = _without_remarks(names, max(filled, default=width))
-        width = len(names)
+        grid = replace(grid, rows=[[*row, ""] if len(row) == width - 1 else row for row in grid.rows])
     grid, of_rows = _without_row_names(grid, start, width if names else 0)
     rows, lines, notes = _rows_of_numbers(grid, start, header, width)
     notes += of_rows
@@ -137,12 +137,6 @@ def _without_row_names(grid: Grid, start: int, width: int) -> tuple[Grid, list[s
         return grid, []
     note = "a first column without a name, which numbers the rows, left out"
     return replace(grid, rows=[*grid.rows[:start], *(row[1:] for row in rows)]), [note]
-
-
-def _without_remarks(names: list[str], width: int) -> list[str]:
-    """Leave out the last names, of columns for remarks that no row has: ``Comment`` of LabVIEW."""
-    last = names[width:]
-    return names[:width] if all(name.lower() in _REMARKS for name in last) else names
 
 
 def _first(row: Sequence[Cell]) -> Sequence[Cell]:
@@ -266,7 +260,11 @@ def _rows_of_numbers(
         notes.append(f"line {grid.lines[-1]}, which is cut off, left out")
     while stop > start + 1 and len(grid.rows) - stop < _MOST_BELOW and _is_below(grid.rows[stop - 1], grid.rows[start]):
         stop -= 1
-    while stop > start + 1 and _is_statistic(grid.rows[stop - 1]):
+    while (
+        stop > start + 1
+        and _is_statistic(grid.rows[stop - 1])
+        and (_is_statistic(_first(grid.rows[stop - 1])) or not _rises_on(grid.rows[start:stop], stop - 1 - start))
+    ):
         stop -= 1
     if behind := _behind_a_gap(grid, start, stop):
         stop, cut = stop - behind, cut + behind
@@ -278,6 +276,7 @@ def _rows_of_numbers(
     worded = not is_value(grid.rows[start][0]) and not is_missing(grid.rows[start][0])
     begins = {str(grid.rows[i][0]): i for i in range(max(0, names_at) if worded else 0, start)
               if not is_value(grid.rows[i][0]) and not is_missing(grid.rows[i][0])}  # fmt: skip
+    begins = {first: i for first, i in begins.items() if not worded or first != grid.rows[start][0]}
     for line, row in zip(grid.lines[start:stop], grid.rows[start:stop], strict=True):
         if row[0] in begins and _is_repeated(grid, begins[str(row[0])], line, row, names_at):
             repeated += 1
@@ -315,7 +314,18 @@ def _behind_a_gap(grid: Grid, start: int, stop: int) -> int:
     if len(gaps) != 1 or stop - gaps[0] > _MOST_OF_MEANS or gaps[0] - start <= _MOST_OF_MEANS:
         return 0
     before, behind = grid.lines[gaps[0] - 1], grid.lines[gaps[0]]
-    return 0 if any(before < line < behind for line, _ in grid.comments) else stop - gaps[0]
+    if any(before < line < behind for line, _ in grid.comments) or _rises_on(grid.rows[start:stop], gaps[0] - start):
+        return 0
+    return stop - gaps[0]
+
+
+def _rises_on(rows: Sequence[Sequence[Cell]], at: int) -> bool:
+    """Tell whether a column that rises from row to row, as a time does, still does at a row: it is a sample."""
+    for cells in zip(*rows[: at + 1], strict=False):
+        parsed = parse([cell.replace(",", ".") if isinstance(cell, str) else cell for cell in cells], Marks())
+        if parsed.wrong is None and bool((np.diff(parsed.values) > 0).all()):
+            return True
+    return False
 
 
 def _is_cut(rows: Sequence[Sequence[Cell]]) -> bool:
