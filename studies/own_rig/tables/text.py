@@ -176,7 +176,7 @@ def _delimiter(lines: Sequence[str]) -> str:
 
 def _fields(line: str, delimiter: str) -> list[str]:
     if (pattern := _SPLIT.get(delimiter)) is not None:
-        return pattern.split(line.strip())
+        return pattern.split(line.strip(), MOST_COLUMNS + 1)
     if '"' not in line:
         return line.split(delimiter, MOST_COLUMNS + 1)
     try:
