@@ -34,6 +34,11 @@ OTHER_TABLES = frozenset([".xlsx", ".xls", ".parquet", ".mat"])
 """Endings of tables that ``notchbend record new`` makes a record of."""
 MOST_DIGITS = 100
 """Most characters of a number."""
+STATISTICS = frozenset(
+    ["mean", "max", "min", "maximum", "minimum", "average", "avg", "median", "std", "sd", "stdev", "std dev", "sum",
+     "range", "rms", "mittelwert", "mittel", "summe", "moyenne", "écart-type", "media", "promedio"]
+)  # fmt: skip
+"""Words of rows above or below the samples that are made of them."""
 
 # --- reading -----------------------------------------------------------------------------------------------------
 
@@ -211,6 +216,9 @@ def _read_csv(path: Path) -> tuple[list[str], list[str]]:
     twice = next((name for i, name in enumerate(names) if name and name in names[:i]), None)
     if twice is not None:
         raise RecordError(f"{path}:1: column {quoted(twice)} occurs twice: expected different names")
+    if said := next((cell for cell in lines[-1].split(",") if cell.strip('" .:').lower() in STATISTICS), None):
+        found = f"{path}:{len(lines)}: a row of {as_given(said)} below the samples"
+        raise RecordError(f"{found}: expected samples alone{_copy_of(path)}")
     return names, lines[1:]
 
 

@@ -22,26 +22,32 @@ class Unit:
 
 _FACTORS: dict[str, dict[str, float]] = {
     "length": {
-        "mm millimeter millimeters millimetre millimetres": 1.0,
+        "mm millimeter millimeters millimetre millimetres 毫米": 1.0,
         "um µm μm micron microns micrometer micrometers micrometre micrometres": 1e-3,
-        "cm centimeter centimeters centimetre centimetres": 10.0,
+        "cm centimeter centimeters centimetre centimetres 厘米": 10.0,
+        "dm": 100.0,
         "m meter meters metre metres": 1e3,
         "in inch inches": 25.4,
+        "mil mils thou": 0.0254,
         "ft feet": 304.8,
     },
     "angle": {
         "deg degs degree degrees ° º grad": 1.0,  # grad: degrees in some languages
-        "rad rads radian radians": 180.0 / math.pi,
+        "degrés grados gradi graus grader graden 度": 1.0,
+        "rad rads radian radians 弧度": 180.0 / math.pi,
         "mrad mrads milliradian milliradians": 0.18 / math.pi,
         "turn turns rev revs revolution revolutions": 360.0,
+        "urad µrad μrad": 0.18e-3 / math.pi,
+        "ddeg": 0.1,
+        "cdeg": 0.01,
         "mdeg millideg": 1e-3,
         "gon": 0.9,
         "arcmin": 1.0 / 60.0,
         "arcsec": 1.0 / 3600.0,
     },
     "time": {
-        "s sec secs second seconds": 1.0,
-        "ms msec msecs millis millisec millisecond milliseconds": 1e-3,
+        "s sec secs second seconds 秒": 1.0,
+        "ms msec msecs millis millisec millisecond milliseconds 毫秒": 1e-3,
         "us µs μs usec micros microsec microsecond microseconds": 1e-6,
         "ns nsec nsecs nanos nanosec nanosecs nanosecond nanoseconds": 1e-9,
         "min mins minute minutes": 60.0,
@@ -51,6 +57,8 @@ _FACTORS: dict[str, dict[str, float]] = {
         "n newton newtons": 1.0,
         "mn millinewton millinewtons": 1e-3,
         "cn": 1e-2,
+        "dan": 10.0,
+        "oz ozf": 0.27801385,
         "kn kilonewton kilonewtons": 1e3,
         "g gf gram grams": 9.80665e-3,
         "kg kgf kilogram kilograms": 9.80665,
@@ -59,8 +67,8 @@ _FACTORS: dict[str, dict[str, float]] = {
 }
 _WITHOUT_FACTOR = {
     "steps": "step steps",
-    "counts": "tick ticks count counts cnt cnts pulse pulses lsb digits raw adc bit bits pwm duty",
-    "voltage": "v mv volt volts voltage",
+    "counts": "tick ticks count counts cnt cnts inc incs increments pulse pulses lsb digits raw adc bit bits pwm duty",
+    "voltage": "v mv volt volts voltage vdc vac",
     "current": "a ma amp amps ampere amperes",
     "torque": "nm n·m mnm nmm ncm n*m n.m",
     "pressure": "pa kpa mpa bar mbar psi",
@@ -70,6 +78,7 @@ _WITHOUT_FACTOR = {
     "frequency": "hz khz",
     "rate": "dps rpm mm/s deg/s rad/s m/s °/s",
     "pixels": "px pixel pixels",
+    "function": "sin cos tan",
 }
 UNITS: dict[str, Unit] = {
     symbol: Unit(kind, factor, symbol)
@@ -79,13 +88,35 @@ UNITS: dict[str, Unit] = {
 } | {symbol: Unit(kind, math.nan, symbol) for kind, symbols in _WITHOUT_FACTOR.items() for symbol in symbols.split()}
 """Units by how they are written, in small letters."""
 _SHORT: dict[Measured, frozenset[str]] = {
-    "drive": frozenset({"m", "in", "N", "n", "V", "mn", "kn"}),
+    "drive": frozenset({"m", "in", "N", "n", "V", "mn", "kn", "dm", "mil", "inc", "dan", "daN", "oz"}),
     "angle": frozenset({"V", "N", "kn"}),
     "time": frozenset({"s", "h", "min", "us", "ns"}),
-    "force": frozenset({"N", "n", "g", "V"}),
+    "force": frozenset({"N", "n", "g", "V", "dan", "daN", "oz"}),
 }
 """Short words that are a unit at the end of a name of what is measured; elsewhere they may number or label a column."""
-_LABELS = frozenset(["m", "g", "h", "s", "n", "v", "a", "in", "min", "raw", "us", "bit", "bits", "duty"])
+_LABELS = frozenset(
+    [
+        "m",
+        "g",
+        "h",
+        "s",
+        "n",
+        "v",
+        "a",
+        "in",
+        "min",
+        "raw",
+        "us",
+        "bit",
+        "bits",
+        "duty",
+        "dm",
+        "mil",
+        "dan",
+        "oz",
+        "inc",
+    ]
+)
 _WORDS = {
     "force": "force load tension weight",
     "torque": "torque tau moment",
@@ -106,7 +137,14 @@ _OTHER_KINDS = {
     "force": frozenset({"torque", "strain", "voltage", "current", "pressure", "temperature", "counts"}),
 }
 _RATES = frozenset(["per", "rate", "speed", "velocity", "vel", "dot", "omega", "acceleration", "accel", "acc"])
-_CALLED = {"counts": "counts of a converter or encoder", "rate": "a rate", "percent": "a percentage"}
+_NO_UNITS = frozenset(
+    ["tip", "base", "left", "top", "ref", "cmd", "act", "avg", "mean", "rel", "abs", "x", "y", "z", "l", "r", "a", "b",
+     "up", "down", "imu", "cam", "em", "hall", "tcp", "enc", "filt", "meas", "true", "set", "sim", "exp", "fit", "rot",
+     "bend", "pos"]
+)  # fmt: skip
+"""Short words in brackets that say which column it is."""
+_CALLED = {"counts": "counts of a converter or encoder", "rate": "a rate", "percent": "a percentage",
+           "pixels": "pixels", "function": "a function of it", "scaled": "a multiple of a unit"}  # fmt: skip
 EXPECTED: dict[Measured, str] = {
     "drive": "mm, deg, steps or N",
     "angle": "degrees",
@@ -150,15 +188,42 @@ def unit_of(measured: Measured, name: str, given: str = "") -> Unit | None:
     given
         What a row of units below the names says of the column.
     """
-    if given and (unit := _lookup(given)) is not None:
+    if given and (unit := unit_called(given)) is not None:
         return unit
-    for part in reversed(re.findall(r"[\[(]([^\[\]()]*)[\])]", name)):
-        if (unit := _lookup(part)) is not None:
+    attached = re.findall(r"[\W_](10+[^\W\d_]+)$", name)  # pos_10um
+    for part in [*reversed(_in_brackets(name)), *attached]:
+        if (unit := unit_called(part)) is not None:
             return unit
     after = re.search(r"[^/]\s*(?:/|\bin\b)\s*([^\s/]+)\s*$", name)
     if after is not None and name.count("/") <= 1 and (unit := _lookup(after[1])) is not None:
         return unit
     return _unit_of_words(measured, _words(name))
+
+
+def unit_called(text: str) -> Unit | None:
+    """Give the unit that a text is, or the multiple of one (of the kind "scaled"); None where it is neither."""
+    return _lookup(text) or _scaled(text)
+
+
+def unknown_unit(name: str) -> str | None:
+    """Give what stands in brackets at the end of a name, as a unit does, and is none; None where nothing does."""
+    found = re.search(r"[\[(<]\s*([^\[\]()<>\s]{1,4})\s*[\])>]\s*$", name)
+    if found is None or re.search(r"\d", found[1]) or found[1].lower() in _NO_UNITS:
+        return None
+    return found[1] if unit_of("drive", f"[{found[1]}]") is None else None
+
+
+def _in_brackets(name: str) -> list[str]:
+    return re.findall(r"[\[(<{]([^\[\]()<>{}]*)[\])>}]", name)
+
+
+def _scaled(text: str) -> Unit | None:
+    """Tell a multiple of a unit, such as ``0.01 mm``, ``mm x100``, ``10^-2 mm`` or ``pi rad``."""
+    words = [] if re.fullmatch(r"\s*[^\W\d_]+\d+\s*", text) else re.findall(r"[^\W\d_]+|[°º]", text.lower())
+    units = [word for word in words if word in UNITS and UNITS[word].factor > 0]
+    others = set(words) - set(units) - {"x", "e", "pi", "π"}
+    of_number = re.search(r"\d|\bpi\b|π", text.lower()) and not re.search(r"[=:±]|\+-|\d\s*([-–]|\.\.)\s*\d", text)
+    return Unit("scaled", math.nan, text.strip()) if len(units) == 1 and not others and of_number else None
 
 
 def _lookup(text: str) -> Unit | None:
@@ -177,10 +242,12 @@ def _unit_of_words(measured: Measured, words: list[str]) -> Unit | None:
         return UNITS["mm/s"]
     if words[-2:] == ["N", "m"]:
         return UNITS["nm"]
+    kinds = [_KIND_OF_WORD[word] for word in small if word in _KIND_OF_WORD]
+    if "angle" in kinds and "length" not in kinds and small[-1] in ("m", "in"):  # theta_m: of the motor, no length
+        words = words[:-1]
     units = [_unit_of_word(measured, word, last=i == len(words) - 1) for i, word in enumerate(words)]
     if (found := next(filter(None, reversed(units)), None)) is not None:
         return found
-    kinds = [_KIND_OF_WORD[word] for word in small if word in _KIND_OF_WORD]
     return Unit(kinds[-1], math.nan, "") if kinds and kinds[-1] in _OTHER_KINDS[measured] else None
 
 

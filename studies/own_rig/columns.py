@@ -12,7 +12,7 @@ from hysteresis.arrays import Ints
 from hysteresis.files import RecordError
 from hysteresis.messages import listed, quoted
 from hysteresis.records.record import FIELDS, FURTHER_DRIVES
-from hysteresis.records.units import EXPECTED, UNITS, Measured, Unit, called, unit_of
+from hysteresis.records.units import EXPECTED, UNITS, Measured, Unit, called, unit_of, unknown_unit
 from studies.own_rig.tables import BenchTable
 
 NAMED = ("drive", "angle", "time", "cycle")
@@ -24,15 +24,21 @@ _WORDS = {
     "drive": (
         r"drive|displacement|tendon|pull|wheel|motor|stroke|stage|actuator",
         r"position|extension|cable|wire|rope|spool|pulley|servo|travel|insertion|command|cmd|setpoint|input|"
+        r"位移|行程|変位|spostamento|desloca|desplaza|verplaatsing|förskjutning|déplacement|"
         r"weg|hub|kurbel|pwm|volt|^enc|encoder|steps|counts|ticks|(^|[^a-z])pos([^a-z]|$)",
     ),
     "angle": (
         r"angle|theta|bend|tip_deg|cam(?!era)",
-        r"winkel|phi|biegung|yaw|pitch|roll|tilt|θ|φ|α|rotation|deflection|orientation|flexion|[aá]ngulo|(^|_)(rot|ang)(_|$)",
+        r"winkel|phi|biegung|yaw|pitch|roll|tilt|θ|φ|α|rotation|deflection|orientation|flexion|[aá]ngulo|(^|_)(rot|ang)(_|$)|"
+        r"角|angolo|ângulo|hoek|vinkel|kąt|úhel",
     ),
-    "time": (r"time|^t$|^t[ _(\[]|stamp|seconds", r"zeit|temps|tiempo|elapsed|clock|uhr|millis|micros|^t/|^sec|^ms$"),
+    "time": (
+        r"time|^t$|^t[ _(\[]|stamp|seconds",
+        r"zeit|temps|tiempo|tempo(?!r)|tijd|^tid\b|horodat|时间|時間|elapsed|clock|uhr|millis|micros|^x_value$|^t/|\.t$|"
+        r"^sec|^ms$",
+    ),
     "cycle": (r"cycle|^lap$|^trial$", r"^(run|rep|repetition|loop|zyklus|versuch)(_?(no|nr|id|number))?$"),
-    "force": (r"(?<!ex)tension|force", r"load|kraft|(^|[^a-z])f[ _(\[]*(n|kn|mn)\b"),
+    "force": (r"(?<!ex)tension|force", r"load|kraft|fuerza|forza|força|kracht|力|(^|[^a-z])f[ _(\[]*(n|kn|mn)\b"),
 }
 """What the names of columns have in them, by key; the second where no column has the first."""
 _NOT = {
@@ -56,6 +62,7 @@ _ONE_CLOCK = ("time", "t", "__time", "timestamp", "%time")
 """Of several times the one that is taken."""
 _OPTION = {"force": "drive"}
 _ROS = re.compile(r"/|\.(position|x|y|z)\b|position\[")
+_OF_AN_ANGLE = frozenset(["angle", "theta", "phi", "alpha", "winkel", "rotation"])
 ASSUMED = {"drive": "mm", "angle": "deg", "time": "s", "force": "N"}
 """Units where nothing says one."""
 
@@ -112,7 +119,7 @@ def known_columns(table: BenchTable, reading: Reading) -> Known:
     for key in NAMED:
         if key == "time" and reading.no_time:
             continue
-        name = reading.columns.get(key)
+        name = _given(table, reading.columns.get(key))
         if name:
             table.require(name)
         elif key == "drive":
@@ -130,6 +137,9 @@ def known_columns(table: BenchTable, reading: Reading) -> Known:
             )
         if name is None or (not reading.columns.get(key) and name in known.values()):
             continue
+        if key == "time" and not reading.columns.get(key) and _is_empty(table, name):
+            notes.append(f"{quoted(name)} is empty: no times")
+            continue
         if key == "cycle" and not reading.columns.get(key) and table.columns[name].parsed.wrong is not None:
             notes.append(f"{quoted(name)} has words in it: cycles are found from the reversals")
             continue
@@ -142,6 +152,18 @@ def known_columns(table: BenchTable, reading: Reading) -> Known:
             if unit is None:
                 assumed.add(role)
     return Known(known, units, tuple(notes), frozenset(assumed))
+
+
+def _is_empty(table: BenchTable, name: str) -> bool:
+    parsed = table.columns[name].parsed
+    return parsed.wrong is None and bool(np.isnan(parsed.values).all())
+
+
+def _given(table: BenchTable, name: str | None) -> str | None:
+    """Give the column that an option names; a number is that of the column, from 1, where none has it as its name."""
+    if name is None or name in table.columns or not (name.isascii() and name.isdecimal() and len(name) < 6):
+        return name
+    return list(table.columns)[int(name) - 1] if 1 <= int(name) <= len(table.columns) else name
 
 
 def _is_force(table: BenchTable, name: str, reading: Reading) -> bool:
@@ -164,10 +186,18 @@ def _unit_said(table: BenchTable, key: str, name: str) -> Unit | None:
     where = f"{table.path}: column {quoted(name)}"
     if unit is None and key == "drive" and re.search(r"(^|[^a-z])enc(oder)?($|[^a-z])", name.lower()):
         return UNITS["counts"]
+    if unit is None and key == "drive" and re.search(r"servo|pulse", name.lower()) and name.lower().endswith("us"):
+        return UNITS["pulse"]
+    _require_one_unit(table, measured, name, option)
     if unit is None:
+        like = "rad or deg" if key == "angle" else "m, mm, rad, deg or step"
         if key in ("drive", "angle") and _ROS.search(name):
-            like = "rad or deg" if key == "angle" else "m, mm, rad, deg or step"
             raise RecordError(f"{where}: says no unit (ROS has rad and m): expected --{option}-unit {like}")
+        if key == "drive" and _OF_AN_ANGLE & set(re.split(r"[\W\d_]+", name.lower())):
+            raise RecordError(f"{where}: an angle that says no unit: expected --drive-unit deg, rad, turn or mm")
+        if key != "time" and (unknown := unknown_unit(name)) is not None:
+            found = f"{where}: {quoted(unknown)} is no known unit"
+            raise RecordError(f"{found}: expected --{option}-unit UNIT, or a column in {EXPECTED[measured]}")
         return None
     if unit.kind not in _RANKS[key]:
         more = {"drive": "--drive-unit step", "angle": "--angle-unit deg"}.get(key)
@@ -177,6 +207,24 @@ def _unit_said(table: BenchTable, key: str, name: str) -> Unit | None:
     return unit
 
 
+def _require_one_unit(table: BenchTable, measured: Measured, name: str, option: str) -> None:
+    """Refuse a column whose name and whose row of units say two, and one whose "in" may be an input.
+
+    Raises
+    ------
+    RecordError
+        One line with both units.
+    """
+    where, below = f"{table.path}: column {quoted(name)}", table.columns[name].unit
+    of_name, of_row = unit_of(measured, name), unit_of(measured, "", below) if below else None
+    if of_name is not None and of_row is not None and of_name.kind == of_row.kind and of_name.factor != of_row.factor:
+        found = f"{where}: {of_name.symbol} in its name, {of_row.symbol} in the row of units"
+        raise RecordError(f"{found}: expected one, or --{option}-unit UNIT")
+    outputs = any(other.lower().endswith("_out") for other in table.columns)
+    if measured == "drive" and not below and name.lower().endswith("_in") and outputs:
+        raise RecordError(f"{where}: inches, or an input: expected --drive-unit in, mm, deg or step")
+
+
 def _words_on(key: str, name: str, unit: Unit | None) -> list[str]:
     """Say what was assumed of a unit, or how it is converted."""
     if unit is None:
@@ -184,10 +232,12 @@ def _words_on(key: str, name: str, unit: Unit | None) -> list[str]:
     if unit.kind in ("counts", "voltage"):
         of = "V" if unit.kind == "voltage" else unit.symbol or "counts"
         return [f"{quoted(name)} is in {of}: a drive in steps, whose gain to mm is unknown"]
+    if unit.symbol == "grad":
+        return [f"{quoted(name)} in grad: taken as degrees; gon are 0.9 of them"]
     if unit.factor == 1.0 or unit.kind == "steps":
         return []
     to = {"length": "mm", "angle": "deg", "time": "s", "force": "N"}[unit.kind]
-    symbol = {"in": "inches", "kn": "kN", "mn": "mN", "cn": "cN"}.get(unit.symbol, unit.symbol)
+    symbol = {"in": "inches", "kn": "kN", "mn": "mN", "cn": "cN", "dan": "daN"}.get(unit.symbol, unit.symbol)
     return [f"{quoted(name)} in {symbol}: times {unit.factor:.6g}, to {to}"]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -20,11 +21,23 @@ from studies.own_rig.tables import BenchTable, Column
 
 _CLOCKS = {"ms": (1e11, 1e13), "us": (1e14, 1e16), "ns": (1e17, 1e19)}
 """Units of time in which a clock that counts from 1970 has values in this range now."""
+_DAY_S = 86_400.0
 _LARGE_S = 1e8
 _SLOW_S = 1.0
 """Time between rows above which the seconds that nothing says may be milliseconds."""
 _RESTARTS = 0.1
 """Part of the range of times: a fall to within it of the first one is a trial that begins anew."""
+_OF_ONE = re.compile(r"pre-?load|pretension|specimen|sample_?(id|name)|device|prototype|vorspannung|probe_?nr")
+"""Names of columns whose value is one for a whole record."""
+_MOST_SPECIMENS = 20
+_APART = 0.05
+"""Part of the largest preload by which two differ that are set; below it, one is measured and drifts."""
+_FEWEST = 5
+"""Rows of a trial, at least."""
+_DAYS = ((30_000.0, 80_000.0), (700_000.0, 800_000.0))
+"""Days from 1900, as spreadsheets count them, and from the year 0, as MATLAB does, between 1982 and 2119."""
+_MOST_DAYS = 1e-4
+"""Days between rows, at most, where times are days: seconds would be of more than 10,000 samples a second."""
 _STAMP = re.compile(r"(.*?)(nanosecs?|nanoseconds|nsecs?)", re.IGNORECASE)
 
 
@@ -58,7 +71,8 @@ def samples_of(table: BenchTable, reading: Reading) -> Samples:
     whole = np.array_equal(rows, np.arange(len(table.lines)))
     further = further_channels(table, drive_unit, known.columns.values(), rows)
     columns: BenchColumns = {**known.columns, **further}
-    rows = _once(table, columns, rows)
+    rows = _filled(table, known, _once(table, columns, rows), notes)
+    _require_one_specimen(table, columns, rows)
     raw = {key: table.numbers(name)[rows] for key, name in known.columns.items()}
     values = {"drive": raw[moves] * (1.0 if drive_unit == "step" else known.units[moves].factor)}
     values["angle_deg"] = _angle(known, values["drive"], raw["angle"], notes)
@@ -120,7 +134,48 @@ def _numbers(table: BenchTable, key: str, name: str) -> Floats:
     try:
         return table.numbers(name)
     except RecordError as error:
-        raise RecordError(f"{error}; --no-time leaves it out" if key == "time" else str(error)) from None
+        empty = ", or an empty cell" if "a number in every row" in str(error) else ""
+        raise RecordError(f"{error}; --no-time leaves it out" if key == "time" else f"{error}{empty}") from None
+
+
+def _filled(table: BenchTable, known: Known, rows: Ints, notes: list[str]) -> Ints:
+    """Leave out rows of zeros at the end, where the time is zero as well: a buffer that was not filled."""
+    if "time" not in known.columns or table.columns[known.columns["time"]].parsed.clock:
+        return rows
+    zero = np.all([table.numbers(name)[rows] == 0 for key, name in known.columns.items() if key != "cycle"], axis=0)
+    count = int(np.argmin(zero[::-1])) if zero[-1] and not zero.all() else 0
+    if count == 0 or rows.size - count < _FEWEST:
+        return rows
+    notes.append(f"{count} row{'s' * (count > 1)} of zeros at the end, the time too, left out: a buffer not filled")
+    return rows[:-count]
+
+
+def _require_one_specimen(table: BenchTable, columns: BenchColumns, rows: Ints) -> None:
+    """Refuse a table of several specimens or preloads, one below the other.
+
+    Raises
+    ------
+    RecordError
+        One line with the column and its values.
+    """
+    used = {name for names in columns.values() for name in ([names] if isinstance(names, str) else names)}
+    for name, column in table.columns.items():
+        if name in used or not _OF_ONE.search(name.lower()):
+            continue
+        cells = [str(column.cells[i]).strip() for i in rows.tolist()]
+        values = list(dict.fromkeys(cells))
+        changes = sum(a != b for a, b in pairwise(cells))
+        if changes != len(values) - 1 or (column.parsed.wrong is None and _drifts(column.parsed.values[rows])):
+            continue
+        if 1 < len(values) <= _MOST_SPECIMENS and len(cells) >= _FEWEST * len(values):
+            found = f"{table.path}: column {quoted(name)} has {listed(values, 60)}: a record is of one of them"
+            raise RecordError(f"{found}: expected a table of each")
+
+
+def _drifts(values: Floats) -> bool:
+    """Tell whether values differ so little that they are measured, not set."""
+    steps = np.diff(np.unique(np.abs(values)))
+    return steps.size > 0 and bool(steps.min() < _APART * np.abs(values).max())
 
 
 def _once(table: BenchTable, columns: BenchColumns, rows: Ints) -> Ints:
@@ -175,7 +230,10 @@ def _seconds(table: BenchTable, known: Known, raw: Floats, notes: list[str]) -> 
         clock = next((symbol for symbol, (a, b) in _CLOCKS.items() if a < size < b), None)
         unit = unit if clock is None else UNITS[clock]
         notes += [f"{quoted(name)} is a clock in {clock}: seconds from the first row"] * (clock is not None)
-        usual = float(np.median(np.diff(raw))) if raw.size > 1 else 0.0
+        usual = float(np.median(np.abs(np.diff(raw)))) if raw.size > 1 else 0.0
+        if 0 < usual < _MOST_DAYS and any(a < size < b for a, b in _DAYS):
+            notes.append(f"{quoted(name)} is a clock in days: seconds from the first row")
+            return np.round((raw - raw[0]) * _DAY_S, 6)
         if clock is None and usual >= _SLOW_S:
             notes.append(f"{quoted(name)} says no unit: taken as s, a row every {usual:.3g} s (else --time-unit)")
     if unit.factor == 1.0:

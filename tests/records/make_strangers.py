@@ -249,9 +249,112 @@ def of_programs() -> dict[str, str]:
     }  # fmt: skip
 
 
+def of_monitors() -> dict[str, str]:
+    """Lines of a serial monitor: labels before the numbers, stamps before an arrow."""
+    labels = [f"pos: {x} mm, angle: {a} deg" for _, x, a in rows()]
+    stamps = [f"{t[:12]} -> {x},{a}" for t, (_, x, a) in zip(clock("%H:%M:%S.%f"), rows(), strict=True)]
+    return {
+        "labels-and-units.txt": "\n".join(labels) + "\n",
+        "labels-cut-off.txt": "\n".join(["5 mm, angle: -9.5 deg", *labels, "pos: 2 mm, an"]),
+        "labels-that-change.txt": "\n".join([*labels[:20], "speed: 3, angle: 4", *labels[20:]]) + "\n",
+        "stamps-and-arrow.txt": "\n".join(["23:59:56.900 -> pos_mm,angle_deg", *stamps]) + "\n",
+    }
+
+
+def of_spreadsheets() -> dict[str, str]:
+    """Means above, below and aside, buffers that were not filled, tables of several specimens, frames."""
+    head = "time_s,drive_mm,angle_deg"
+    grid, body = table(head, rows()), table(None, rows())
+    bars = "".join(f"| {t} | {x} | {a} |\n" for t, x, a in rows())
+    three = [f"{t:.3f},{x:.3f},{a:.3f}" for t, x, a in rows()]
+    halves = np.repeat([10, 20], [20, 17])
+    return {
+        "means-above.csv": f"{head}\nmean,0.1,0.2\nstd,1.4,27\n{body}",
+        "means-below.csv": table("drive_mm,angle_deg,", zip(WAY, ANGLE, [""] * 37, strict=True)) + "0.1,0.2,mean\n",
+        "mean-without-a-word.csv": table("drive_mm,angle_deg", zip(WAY, ANGLE, strict=True)) + "\n0.11,0.22\n",
+        "a-pause-before-the-end.csv": grid.replace("\n8.5,", "\n\n8.5,"),
+        "words-in-the-last-row.csv": table(f"{head},event", rows(TIME, WAY, ANGLE, [""] * 36 + ["max"])),
+        "words-of-a-run.csv": "A\n" + table(f"run,{head}", zip(["A"] * 37, TIME, WAY, ANGLE, strict=True)),
+        "zeros-at-the-end.csv": grid + "0,0,0\n" * 4,
+        "last-number-cut.csv": "\n".join([head, *three])[:-2].replace(",", ";"),
+        "names-in-a-line-above.csv": f"Time,Drive,Angle\ns,mm,deg\nrun 1,run 1,run 1\n{body}",
+        "markdown.md": f"| time_s | drive_mm | angle_deg |\n|---:|---:|---:|\n{bars}",
+        "framed.txt": f"+---+---+---+\n| time_s | drive_mm | angle_deg |\n+---+---+---+\n{bars}+---+---+---+\n",
+        "r-numbers-of-rows.txt": table('"time_s" "drive_mm" "angle_deg"',
+                                       zip([f'"{i + 1}"' for i in range(37)], TIME, WAY, ANGLE, strict=True), " "),
+        "numbered-and-trailing.csv": table("n,drive_mm,angle_deg",
+                                           zip(range(1, 38), WAY, ANGLE, [""] * 37, strict=True)),
+        "comma-and-tab.csv": table("time_s,\tdrive_mm,\tangle_deg", [(f"{t:.3f}", f"{x:.3f}", f"{a:.3f}")
+                                                                    for t, x, a in rows()], ",\t"),
+        "full-width-digits.csv": grid.translate({ord(c): 0xFEE0 + ord(c) for c in "0123456789.-"}).replace(
+            head.translate({ord("-"): 0xFF0D}), head),
+        "en-dash.csv": grid.replace("-", "\u2013"),
+        "overloads.csv": table(head, rows(TIME, WAY, only(ANGLE, lambda i: i % 3 != 1, "OVLD"))),
+        "fortran-stars.csv": table(head, rows(TIME, WAY, only(ANGLE, lambda i: i % 3 != 1, "********"))),
+        "two-preloads.csv": table(f"preload_N,{head}", zip(halves, TIME, WAY, ANGLE, strict=True)),
+        "preload-drifts.csv": table(f"preload_N,{head}", zip(halves / 100 + 9.9, TIME, WAY, ANGLE, strict=True)),
+        "second-table.csv": grid + "time_s,angle_deg,drive_mm\n" + table(None, rows(TIME + 10, ANGLE, WAY)),
+        "begun-anew.csv": f"Bench 3\nDate,2026-05-03\nGain,x,2\nSample,4 per s\n{grid}" * 2,
+        "begun-anew-otherwise.csv": "".join(
+            f"Bench 3\nGain,x,{k}\nFilter,off\nRate,4 per s\nA,B\n{grid}" for k in (2, 3)),
+    }  # fmt: skip
+
+
+def of_channels() -> dict[str, str]:
+    """LabVIEW with the units above the names, without times, and begun anew."""
+    head = "Channels\t2\t\t\nDate\t2026/05/03\t2026/05/03\t\nY_Unit_Label\tcm\trad\t\n"
+    head += "X0\t0.0E+0\t0.0E+0\t\n***End_of_Header***\t\t\t\nX_Value\tStage\tBend\tComment\n"
+    grid = list(rows(TIME, WAY / 10, np.radians(ANGLE)))
+    parts = [table(None, grid[:20], "\t"), table(None, grid[20:], "\t")]
+    return {
+        "labview-units-above.lvm": head + table(None, grid, "\t"),
+        "labview-without-times.lvm": head + table(None, [("", *row[1:]) for row in grid], "\t"),
+        "labview-with-a-comment.lvm": head
+        + table(None, [(*row, "start")[: 4 if i == 0 else 3] for i, row in enumerate(grid)], "\t"),
+        "labview-begun-anew.lvm": f"{head}{parts[0]}\n{head.replace('05/03', '05/04')}{parts[1]}",
+    }
+
+
+def more_times() -> dict[str, str]:
+    """Dates with months in letters or without marks, and days as spreadsheets count them."""
+    days = [f"{46145.999965 + t / 86400:.12f}" for t in TIME]
+    return {
+        "dates-with-months.csv": table("Time,drive_mm,angle_deg", rows(clock("%d-%b-%Y %H:%M:%S.%f"))),
+        "dates-of-c.csv": table("Time,drive_mm,angle_deg", rows(clock("%a %b %d %H:%M:%S.%f %Y"))),
+        "dates-without-marks.csv": table("Time,drive_mm,angle_deg", rows(clock("%Y%m%dT%H%M%S.%f"))),
+        "days.csv": table("Time,drive_mm,angle_deg", rows(days)),
+    }
+
+
+def more_units() -> dict[str, str]:
+    """Units that are rare, multiples, unknown, said twice, or not said; names in other languages."""
+    pull = np.abs(WAY)
+    drive = {"mil": WAY / 0.0254, "dm": WAY / 100, "0.01 mm": 100 * WAY, "mm x10": 10 * WAY, "furl": WAY}
+    found = {f"drive-in-{name.replace(' ', '-')}.csv": table(f"time_s,Drive [{name}],angle_deg", rows(TIME, values))
+             for name, values in drive.items()}  # fmt: skip
+    return found | {
+        "force-daN.csv": table("time_s,load (daN),angle_deg", rows(TIME, 0.1 * pull)),
+        "angle-cdeg.csv": table("time_s,drive_mm,angle_cdeg", rows(TIME, WAY, 100 * ANGLE)),
+        "angle-in-pi.csv": table("time_s,drive_mm,angle (pi rad)", rows(TIME, WAY, ANGLE / 180)),
+        "tangent-of-angle.csv": table("time_s,drive_mm,tan(angle)", rows(TIME, WAY, np.tan(np.radians(ANGLE)))),
+        "motor-angle-without-a-unit.csv": table("time_s,motor_theta,tip_angle_deg", rows(TIME, 10 * WAY)),
+        "bend-of-the-motor.csv": table("time_s,theta_m,tip_angle_deg", rows(TIME, 10 * WAY)),
+        "inches-or-input.csv": table("time_s,drive_in,angle_out", rows()),
+        "units-twice.csv": table("time_s,drive_mm,angle_deg\ns,um,deg", rows()),
+        "servo-pulse.csv": table("time_s,servo_us,angle_deg", rows(TIME, 1500 + 100 * WAY)),
+        "label-in-brackets.csv": table("time_s,Drive (M1),Angle (IMU)", rows()),
+        "italian.csv": table("Tempo [s];Spostamento [mm];Angolo [gradi]", rows(), ";", decimal=","),
+        "portuguese.csv": table("Tempo (s);Deslocamento (mm);Ângulo (graus)", rows(), ";", decimal=","),
+        "dutch.csv": table("Tijd (s);Verplaatsing (mm);Hoek (graden)", rows(), ";", decimal=","),
+        "spanish-force.csv": table("tiempo;fuerza (N);ángulo (grados)", rows(TIME, pull), ";", decimal=","),
+        "japanese.csv": table("時間(秒),変位(mm),角度(度)", rows()),
+    }
+
+
 def files() -> dict[str, bytes]:
     """Give all files: name -> content."""
     texts = plain() | times() | units() | holes() | of_ros() | of_programs()
+    texts |= of_monitors() | of_spreadsheets() | of_channels() | more_times() | more_units()
     found = {name: text.encode() for name, text in texts.items()}
     degrees = table("Zeit [s];Weg [µm];Winkel [°]", rows(TIME, 1e3 * WAY), ";", decimal=",")
     grid = texts["plain.csv"]
@@ -271,6 +374,13 @@ def files() -> dict[str, bytes]:
         "labview.tdms": b"TDSm" + bytes(64),
         "bag.db3": b"SQLite format 3\0" + bytes(64),
         "packed.csv.gz": b"\x1f\x8b\x08" + bytes(32),
+        "packed.csv.xz": b"\xfd7zXZ\0" + bytes(32),
+        "frame.pkl": b"\x80\x04\x95" + bytes(32),
+        "records.json": b'{\n "drive_mm": [0, 0.5, 1],\n "angle_deg": [-0.5, 9.5, 19.5]\n}\n',
+        "page.xls": b"<html><table><tr><td>drive_mm</td><td>angle_deg</td></tr></table></html>\n",
+        "names-in-angle-brackets.csv": grid.replace(
+            "time_s,drive_mm,angle_deg", "<time_s>,<drive_mm>,<angle_deg>"
+        ).encode(),
     }
 
 

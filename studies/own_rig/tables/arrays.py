@@ -30,8 +30,9 @@ from studies.own_rig.tables.table import BenchTable, Column, require_size
 _MOST_LEVELS = 6
 _MOST_S = 300.0
 _CODE = (
-    "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
-    "from studies.own_rig.tables.arrays import read_here; read_here(sys.argv[2], sys.argv[3])"
+    "import json, os, sys; sys.path[:] = json.loads(sys.argv[1]); "
+    "from studies.own_rig.tables.arrays import read_here; read_here(sys.argv[2], sys.argv[3]); "
+    "sys.stdout.flush(); os._exit(0)"  # threads of pyarrow may abort a process that ends in the usual way
 )
 
 

@@ -16,7 +16,9 @@ from hysteresis.records.record_file import MOST_DIGITS
 Cell = str | float | datetime | date | time | timedelta | None
 MISSING = frozenset(
     ["", "nan", "-nan", "na", "n/a", "#n/a", "#na", "null", "none", "nil", "missing", "-", "--", "---", "?", ".",
-     "#div/0!", "#value!", "#num!", "#ref!", "nan(ind)", "-nan(ind)", "1.#qnan", "1.#ind", "-1.#ind"]
+     "#div/0!", "#value!", "#num!", "#ref!", "nan(ind)", "-nan(ind)", "1.#qnan", "1.#ind", "-1.#ind", "n. a.", "n.a.",
+     "\u2013", "\u2014", "...", "#nv", "#wert!", "#zahl!", "#bezug!", "#valeur!", "ol", "o.l", "ovld", "ovl",
+     "overload", "overflow", "over", "ovrflw", *("*" * k for k in range(1, 21))]
 )  # fmt: skip
 """How programs write that there is no number, in small letters."""
 _GROUPS = re.compile(r"(?<=\d)['’\u00a0\u2009\u202f ](?=\d{3}(?!\d))")
@@ -37,6 +39,13 @@ _SHAPES = (
 _FORTRAN = re.compile(r"([+-]?\d*\.?\d*)[dD]([+-]?\d{1,3})")
 _OF_DAY = re.compile(r"(?:(\d{1,3}):)?(\d{1,2}):(\d{1,2})(?:[.,:](\d{1,9}))?(?:\s*([AaPp])\.?[Mm]\.?)?")
 _DATED = re.compile(r"(\d{1,4})[./-](\d{1,2})[./-](\d{1,4})[T_,\s]+(\S+(?:\s*[AaPp]\.?[Mm]\.?)?)")
+_WITH_MONTH = re.compile(
+    r"(?:[A-Za-z]{2,9}\.?,? )?(?:(\d{1,2})[-./ ]+([A-Za-z]{3,9})|([A-Za-z]{3,9})[-./ ]+(\d{1,2})),?"
+    r"(?:[-./ ]+(\d{4}))?[ T,]+(\d{1,2}:\d{2}:\d{2}(?:[.,]\d{1,9})?(?:\s*[AaPp]\.?[Mm]\.?)?)(?: (\d{4}))?"
+)
+_COMPACT = re.compile(r"(\d{8})[T_ -](\d{2})(\d{2})(\d{2})(?:[.,](\d{1,9}))?Z?")
+_MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
+_OTHER_MONTHS = {"mrz": 3, "mai": 5, "okt": 10, "dez": 12}
 _HALF_A_DAY_S = 43_200.0
 
 
@@ -126,7 +135,9 @@ def number(text: str, marks: Marks) -> float:
 
     A point is a decimal one beside decimal commas, too, where none is for thousands.
     """
-    text = text.strip().replace("\u2212", "-")
+    text = text.strip()
+    if not text.isascii():
+        text = text.replace("\u2212", "-").replace("\u2013", "-")
     if len(text) > MOST_DIGITS:
         return math.nan
     if marks.thousands:
@@ -159,7 +170,7 @@ def is_missing(cell: Cell) -> bool:
 def is_value(cell: Cell) -> bool:
     """Tell whether a cell is a number with any marks, or a time."""
     if isinstance(cell, str):
-        if is_missing(cell) or not any(map(str.isdigit, cell)):
+        if is_missing(cell) or not any(map(str.isdigit, cell)) or ("." in cell and cell.rstrip().endswith(",")):
             return False
         loose = (Marks(), Marks(","), Marks(",", "."), Marks(".", ","))
         return any(math.isfinite(number(cell, marks)) for marks in loose) or instant(cell) is not None
@@ -228,6 +239,9 @@ def instant(cell: Cell) -> datetime | float | None:
             return cell.total_seconds()
         case str() if ":" in cell and len(cell) < 64 and cell.isascii():
             return _of_text(cell.strip())
+        case str() if (compact := _COMPACT.fullmatch(cell.strip())) is not None:
+            day, *of_day, fraction = compact.groups()
+            return _of_text(f"{day[:4]}-{day[4:6]}-{day[6:]} {':'.join(of_day)}.{fraction or 0}")
     return None
 
 
@@ -238,6 +252,8 @@ def _of_text(text: str) -> datetime | float | None:
         return datetime.fromisoformat(text.replace(",", "."))
     except ValueError:
         pass
+    if (with_month := _WITH_MONTH.fullmatch(text)) is not None:
+        return _of_month(with_month)
     dated = _DATED.fullmatch(text)
     of_day = None if dated is None else _OF_DAY.fullmatch(dated[4])
     seconds = None if of_day is None else _of_day(of_day)
@@ -250,6 +266,20 @@ def _of_text(text: str) -> datetime | float | None:
         except (ValueError, OverflowError):
             continue
     return None
+
+
+def _of_month(found: re.Match[str]) -> datetime | None:
+    """Read ``29-Nov-2026 14:03:04``, ``Nov 29 2026 14:03:04`` or ``Sun Nov 29 14:03:04 2026``."""
+    month = (found[2] or found[3]).lower()[:3]
+    of_day, year = _OF_DAY.fullmatch(found[6]), found[5] or found[7]
+    seconds = None if of_day is None else _of_day(of_day)
+    number = _OTHER_MONTHS.get(month) or (_MONTHS.index(month) + 1 if month in _MONTHS else None)
+    if number is None or seconds is None or year is None:
+        return None
+    try:
+        return datetime(int(year), number, int(found[1] or found[4])) + timedelta(seconds=seconds)
+    except ValueError:
+        return None
 
 
 def _of_day(found: re.Match[str]) -> float | None:

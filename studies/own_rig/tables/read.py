@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from hysteresis.files import RecordError, read_bytes
@@ -18,6 +19,9 @@ _OTHERS = (
     (b"#ROSBAG", "a ROS 1 bag: expected its topics exported as CSV (rostopic echo -p)"),
     (b"\x1f\x8b", "compressed: expected it unpacked (gunzip)"),
     (b"BZh", "compressed: expected it unpacked (bunzip2)"),
+    (b"\xfd7zXZ", "compressed: expected it unpacked (unxz)"),
+    (b"\x80\x04\x95", "a pickle of Python: expected a CSV or parquet (DataFrame.to_csv)"),
+    (b"\x80\x05\x95", "a pickle of Python: expected a CSV or parquet (DataFrame.to_csv)"),
     (b"7z\xbc\xaf", "compressed: expected it unpacked"),
     (b"\x93NUMPY", "an array of NumPy: expected a CSV (numpy.savetxt)"),
     (b"ARROW1", "a Feather file: expected parquet or CSV"),
@@ -25,6 +29,11 @@ _OTHERS = (
     (b"\x89PNG", "a picture: expected a table"),
 )
 """First bytes of files that are not read, and what to do."""
+_TEXTS = (
+    (rb"<(\?xml|!|html|table|meta)", "XML or a page of the web: expected a table, saved as .xlsx or CSV"),
+    (rb"\[?\s*\{\s*\"", "JSON: expected a CSV (pandas.read_json and DataFrame.to_csv make one)"),
+)
+"""How texts begin that are no tables, and what to do."""
 
 
 def read_table(path: Path, *, encoding: str | None = None, sheet: str | None = None) -> BenchTable:
@@ -47,6 +56,10 @@ def read_table(path: Path, *, encoding: str | None = None, sheet: str | None = N
     content = read_bytes(path, "a table")
     for first, words in _OTHERS:
         if content.startswith(first):
+            raise RecordError(f"{path}: {words}")
+    begin = content[:200].removeprefix(b"\xef\xbb\xbf").lstrip()
+    for first, words in _TEXTS:
+        if re.match(first, begin, re.IGNORECASE):
             raise RecordError(f"{path}: {words}")
     if content.startswith((b"PK\x03\x04", b"PK\x05\x06")):
         from studies.own_rig.tables.spreadsheet import read_spreadsheet

@@ -13,6 +13,7 @@ from hysteresis.files import RecordError
 from hysteresis.messages import as_given
 from hysteresis.records.record_file import MOST_COLUMNS
 from studies.own_rig.tables.cells import Cell, is_missing, is_value
+from studies.own_rig.tables.labelled import of_monitor
 from studies.own_rig.tables.layout import Grid, layout_of
 from studies.own_rig.tables.table import BenchTable
 
@@ -29,6 +30,11 @@ _LOOKED_AT = 300
 _MOST_CHARACTERS = 200_000
 """Characters of the longest line."""
 _MOST_LINES_OF_FIELD = 20
+_FULL_WIDTH_DIGITS = re.compile("[\uff10-\uff19]")
+_FULL_WIDTH = {0xFF00 + code - 0x20: chr(code) for code in map(ord, "0123456789.,+-")}
+"""Digits and marks as wide as a Chinese or Japanese character."""
+_RULER = frozenset(" \t|+:=-")
+"""Characters of a line of dashes and bars, as of Markdown and of tables with frames."""
 _SPLIT = {" ": re.compile(r"[ \t]+"), "  ": re.compile(r"\t|\s{2,}")}
 
 
@@ -74,6 +80,8 @@ def _without_mark(begin: bytes) -> str | None:
 
 
 def _lines_ended(text: str) -> str:
+    if _FULL_WIDTH_DIGITS.search(text):
+        text = text.translate(_FULL_WIDTH)
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
@@ -100,11 +108,14 @@ def read_text_table(path: Path, content: bytes, encoding: str | None = None) -> 
     if len(lines.texts) < 2 and not lines.comments:
         found = f"{len(lines.texts)} lines with values"
         raise RecordError(f"{path}: {found}: expected a header that names the columns, then rows")
+    numbers, texts, monitored = of_monitor(path, lines.numbers, lines.texts)
+    if monitored:
+        lines = _Lines(numbers, texts, [])
     delimiter = hint[1] if hint and hint[1] in DELIMITERS else _delimiter(lines.texts[:_LOOKED_AT])
     grid = _grid(path, lines, delimiter, text)
     layout = layout_of(grid)
     plain = (
-        (delimiter, hint, layout.clean, '"' in text) == (",", None, True, False)
+        (delimiter, hint, layout.clean, '"' in text, monitored) == (",", None, True, False, [])
         and encoding in ("utf-8", "utf-8-sig")
         and layout.header == 1
         and layout.lines == tuple(range(2, 2 + len(layout.lines)))
@@ -119,14 +130,14 @@ def read_text_table(path: Path, content: bytes, encoding: str | None = None) -> 
         comments=len(lines.comments),
         named=layout.header is not None,
         plain=plain,
-        notes=layout.notes,
+        notes=(*monitored, *layout.notes),
     )
 
 
 def _kept(path: Path, text: str, skip: int) -> _Lines:
     numbers, texts, comments = list[int](), list[str](), list[tuple[int, str]]()
     for number, line in enumerate(text.split("\n"), start=1):
-        if number <= skip or not line.strip():
+        if number <= skip or not line.strip() or _is_ruler(line):
             continue
         if len(line) > _MOST_CHARACTERS:
             raise RecordError(f"{path}:{number}: {len(line):,} characters: expected at most {_MOST_CHARACTERS:,}")
@@ -136,6 +147,10 @@ def _kept(path: Path, text: str, skip: int) -> _Lines:
             numbers.append(number)
             texts.append(line)
     return _Lines(numbers, texts, comments)
+
+
+def _is_ruler(line: str) -> bool:
+    return "--" in line and ("|" in line or "+" in line) and _RULER.issuperset(line)
 
 
 def _delimiter(lines: Sequence[str]) -> str:
@@ -161,7 +176,7 @@ def _delimiter(lines: Sequence[str]) -> str:
 
 def _fields(line: str, delimiter: str) -> list[str]:
     if (pattern := _SPLIT.get(delimiter)) is not None:
-        return pattern.split(line.strip())
+        return pattern.split(line.strip(), MOST_COLUMNS + 1)
     if '"' not in line:
         return line.split(delimiter, MOST_COLUMNS + 1)
     try:
