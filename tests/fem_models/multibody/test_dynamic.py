@@ -206,7 +206,7 @@ def test_slowly_driven_the_dynamic_loop_is_the_static_one():
 @pytest.mark.slow
 @pytest.mark.parametrize("drag", [None, Drag(sheath_N_s_per_mm=0.05)], ids=["dry", "drag"])
 def test_the_paper_s_sine_at_half_the_step(drag):
-    result = compare_dynamic(replace(DU2018, drag=drag), 1.0, cycles=1)
+    result = compare_dynamic(replace(preset("du2018-full-widths"), drag=drag), 1.0, cycles=1)
     assert result.halved_step_percent < 1
     assert result.halved_step_percent < 0.1  # what it is: 2e-3 %
     assert abs(result.energy_gap_percent) < 0.5

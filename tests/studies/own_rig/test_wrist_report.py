@@ -54,7 +54,7 @@ def folder(tmp_path_factory):
 @pytest.mark.slow
 def test_a_planar_rig_in_space_has_the_figures_of_the_planar_report(tmp_path):
     """Loops, tensions, strain and energy of the planar report, by the multibody model, and of the chain."""
-    rig = any_preset("du2018")
+    rig = any_preset("du2018-full-widths")
     loop, theory = programs_of_report(2.2, both_ways=True)
     solution, planar = write_loop(rig, loop, theory, tmp_path, "planar")
     space = rig_in_space(rig)

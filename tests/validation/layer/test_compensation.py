@@ -21,7 +21,7 @@ from studies.report import write_report
 from validation.layer import track
 from validation.layer.compensation import Disturbance, identify_layer, noisy, references, shrinking_loops
 
-RIG = preset("du2018", preload_N=20.0)
+RIG = preset("du2018-full-widths", preload_N=20.0)
 
 
 @pytest.fixture(scope="module")

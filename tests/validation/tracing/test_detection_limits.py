@@ -15,7 +15,7 @@ DRIFT = [effect for effect in catalogue() if effect.name == "thermal_drift"]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("number", "rig"), [(8, "measured joints"), (0, "du2018")])
+@pytest.mark.parametrize(("number", "rig"), [(8, "measured joints"), (0, "du2018-full-widths")])
 def test_a_third_above_the_limit_is_named_and_a_third_of_it_is_not(number, rig):
     """Nine of ten records have it named at the limit, a half at two thirds (T is normal), one of six at a third.
 

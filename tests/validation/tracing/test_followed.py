@@ -47,10 +47,10 @@ def test_a_weight_that_is_near_by_its_linearised_gain_is_followed_to_the_noise()
 
 def hanging(preload_N, seed):
     """A record of a rig whose rings of 38 g pull at its base, along the tube."""
-    rig = replace(preset("du2018", preload_N=preload_N), gravity=Gravity(37.7, 180.0))
+    rig = replace(preset("du2018-full-widths", preload_N=preload_N), gravity=Gravity(37.7, 180.0))
     run = simulate_chain(rig, sine(1.5, 0.1, cycles=2, samples_per_cycle=60))
     noise = np.random.default_rng(seed).normal(0, 0.03, run.angle_deg.size)
-    known = {"preset": "du2018", "preload_N": preload_N}
+    known = {"preset": "du2018-full-widths", "preload_N": preload_N}
     return Record(run.drive, run.angle_deg + noise, time_s=run.time_s, cycle=run.cycle, rig=known)
 
 
