@@ -82,7 +82,9 @@ def test_the_sense_of_a_rig_that_bends_is_read_from_its_line(sense, spike):
             require_the_rigs_sense(Record(drive, angle))
 
 
-@pytest.mark.parametrize("seed", range(20))
-def test_noise_of_a_stuck_rig_says_nothing_of_its_sense(seed):
+def test_noise_of_a_stuck_rig_says_nothing_of_its_sense():
     drive = np.tile([0, 0.5, 1, 0.5, 0, -0.5, -1, -0.5], 20)
-    require_the_rigs_sense(Record(drive, np.random.default_rng(seed).normal(0, 0.5, drive.size)))
+    angles = [np.random.default_rng(seed).normal(0, 0.5, drive.size) for seed in range(20)]
+    assert 5 < sum(drive @ angle < 0 for angle in angles) < 15  # the line falls in about a half of them
+    for angle in angles:
+        require_the_rigs_sense(Record(drive, angle))
