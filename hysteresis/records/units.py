@@ -95,7 +95,8 @@ _SHORT: dict[Measured, frozenset[str]] = {
 }
 """Short words that are a unit at the end of a name of what is measured; elsewhere they may number or label a column."""
 _LABELS = frozenset(
-    ["m", "g", "h", "s", "n", "v", "a", "in", "min", "raw", "us", "bit", "bits", "duty", "dm", "mil", "dan", "oz", "inc"]
+    ["m", "g", "h", "s", "n", "v", "a", "in", "min", "raw", "us", "bit", "bits", "duty", "dm", "mil", "dan", "oz",
+     "inc"]
 )  # fmt: skip
 _WORDS = {
     "force": "force load tension weight",
