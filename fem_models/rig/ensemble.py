@@ -1,4 +1,4 @@
-"""Ensembles of presets: rigs that meet the same stated facts, with different values of what the facts do not fix.
+"""Ensembles of presets: rigs that agree with the same statements, with different values of what these do not fix.
 
 An ensemble is a file next to this module, ``NAME-ensemble.csv``: one row a rig, one column a constant by its name in a
 rig file (``tendon.`` stands for both tendons). An empty cell keeps the value of the preset. ``model`` names
@@ -8,7 +8,6 @@ the laws of a row. ``NAME-ensemble.toml`` says which command made the file, with
 from __future__ import annotations
 
 import csv
-import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
@@ -22,8 +21,6 @@ from hysteresis.arguments import checked
 
 MODEL = "model"
 """Column with the laws of a row; all others are constants."""
-PRESET_READING = "half widths"
-"""How the preset du2018 takes the loop widths of its paper, docs/validation/readings.md."""
 
 
 def ensemble_file(name: str) -> Path:
@@ -58,16 +55,6 @@ def with_constants(rig: Rig, values: Mapping[str, float]) -> Rig:
 
 
 @lru_cache
-def other_reading(name: str) -> str:
-    """How a preset's ensemble takes the widths of the paper, where the preset takes them otherwise; else empty."""
-    if name not in presets_with_ensemble():
-        return ""
-    made = tomllib.loads(ensemble_file(name).with_suffix(".toml").read_text(encoding="utf-8"))
-    reading = str(made["reading"])
-    return "" if reading == PRESET_READING else reading
-
-
-@lru_cache
 def member_constants(name: str) -> tuple[Mapping[str, float], ...]:
     """Constants of every member of a preset's ensemble, by their names in a rig file.
 
@@ -95,13 +82,14 @@ def _rigs(name: str) -> tuple[Rig, ...]:
 def ensemble(name: str, *, preload_N: float | None = None) -> tuple[Rig, ...]:
     """Return the rigs of a preset's ensemble, at another preload if one is given.
 
-    All meet the facts of the paper; what they say about anything else is a range. Those of ``"du2018"`` take its loop
-    widths as full widths, 3.52 and 2.21 deg at 10 and 20 N, the preset as half widths.
+    They are drawn from what the paper says of its loops, with its errors; what they say about anything else is a range.
+    Those of ``"du2018"`` take the printed widths as half widths, those of ``"du2018-full-widths"`` as full ones, as the
+    presets do.
 
     Parameters
     ----------
     name
-        A preset that has one: ``"du2018"``.
+        A preset that has one: ``"du2018"`` or ``"du2018-full-widths"``.
     preload_N
         Tension of the tendons at rest, N; by default that of the preset.
 

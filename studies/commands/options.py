@@ -26,7 +26,6 @@ from rich.table import Table
 
 from fem_models.load import LoadProgram, sine, triangle
 from fem_models.rig import Rig, RigError, ensemble, preset, read_rig
-from fem_models.rig.ensemble import PRESET_READING, other_reading
 from fem_models.rig.presets import NAMES_IN_SPACE, PRESETS
 from fem_models.rig.presets_in_space import any_preset
 from fem_models.rig.rig_file import read_any_rig
@@ -236,13 +235,6 @@ def possible(rig: Rig) -> Rig:
     return rig
 
 
-def tell_other_reading(preset_name: str) -> None:
-    """Say on standard error that an ensemble takes the paper's widths otherwise than its preset, if it does."""
-    if reading := other_reading(preset_name):
-        words = f"its rigs take the paper's loop widths as {reading}, the preset as {PRESET_READING}"
-        typer.echo(f"notchbend: --ensemble: {words}", err=True)
-
-
 @dataclass(frozen=True)
 class EnsembleChoice:
     """Whether a command runs over the ensemble of the preset too."""
@@ -263,9 +255,7 @@ class EnsembleChoice:
             return ()
         if rig.preset is None:
             raise RigError(f"--ensemble with --rig {rig.rig}: expected --preset")
-        members = ensemble(rig.preset, preload_N=rig.preload)
-        tell_other_reading(rig.preset)
-        return members
+        return ensemble(rig.preset, preload_N=rig.preload)
 
     def require_off(self, what: str) -> None:
         """Refuse --ensemble where it has no meaning.

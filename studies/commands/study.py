@@ -12,7 +12,7 @@ import typer
 
 from fem_models.rig.checks import require
 from hysteresis.extras import require_extra
-from studies.commands.options import Common, EnsembleChoice, Out, Output, Overwrite, RigChoice, tell_other_reading
+from studies.commands.options import Common, EnsembleChoice, Out, Output, Overwrite, RigChoice
 from studies.commands.tables import study_table
 from studies.own_rig.strain import drive_to_angle_mm
 from studies.progress import status
@@ -57,7 +57,6 @@ def study(
     definition = read_study(file, seed=seed)
     if over.ensemble:
         definition = over_ensemble(definition)
-        tell_other_reading(str(definition.tables.rig.get("name", "")))
     replacing.allow(files_of_study(definition, out))
     if where.scheduler is None:
         begin_forking()

@@ -16,7 +16,7 @@ from fem_models.rig.of_record import rig_of
 from hysteresis.records.record import Record
 from hysteresis.records.record_file import read_records
 from hysteresis.records.thinning import thinned
-from studies.commands.options import ALL, possible, tell_other_reading
+from studies.commands.options import ALL, possible
 from studies.results.run import RunSummary
 
 if TYPE_CHECKING:
@@ -96,8 +96,6 @@ class OwnRigChoice:
         records = [thinned(one) for one in read_records(paths)]
         preloads = self.preload or _preloads(rig, records)
         _require_same_rig(rig, records, self.option())
-        if self.ensemble and self.preset:
-            tell_other_reading(self.preset)
         design = Design(
             name=self.preset if self.rig is None and self.preset else rig.name,
             option=self.option(),

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from fem_models.rig.ensemble import other_reading
 from studies.report.templates import significant
 from studies.results.fit import StoredFit
 from studies.results.run import CrossCheckRow, OwnRig, Prediction, RunLoop, RunSummary, StrainLimit
@@ -121,9 +120,7 @@ def _ranges(own: OwnRig | None, loops: Sequence[RunLoop], name: str) -> str:
     if not limits:
         return ""
     words = " / ".join(f"{significant(limit.low)} to {significant(limit.high)}" for limit in limits)
-    reading = other_reading(own.option.removeprefix("--preset ")) if own is not None else ""
-    whose = f"members of the ensemble ({reading})" if reading else "members of the ensemble"
-    return f"; {100 * found[0].level:.0f} % of {found[0].members} {whose}: {words}"
+    return f"; {100 * found[0].level:.0f} % of {found[0].members} members of the ensemble: {words}"
 
 
 def _widths(loops: Sequence[RunLoop], own: OwnRig | None, command: str) -> Verdict:

@@ -5,19 +5,18 @@ Takes two minutes: it runs the loops of all members at other preloads and amplit
 
 from __future__ import annotations
 
-import csv
 import tomllib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from docs.make.calibration.sample import PRESETS
 from docs.make.pages import DOCS, put_between_marks, table
 from fem_models.rig import Rig, ensemble
-from fem_models.rig.ensemble import MODEL, ensemble_file
+from fem_models.rig.ensemble import ensemble_file
 from fem_models.rig.rig import numeric_fields
-from hysteresis.arrays import Floats
-from validation.measured.ensemble.facts import facts_as, facts_of
+from hysteresis.arrays import Floats, Mask
 from validation.measured.ensemble.predict import (
     measurements,
     narrowing,
@@ -25,67 +24,49 @@ from validation.measured.ensemble.predict import (
     predicted_widths,
     relative_width,
 )
-from validation.measured.readings.paper_table import FACTORS
-from validation.measured.readings.statements import HUNDREDTH_DEG
+from validation.measured.preset_du2018 import READING
+from validation.measured.readings.loops import loops_of
+from validation.measured.readings.statements import STATEMENTS, judge, met_but_peak
 from validation.separation.ensemble import range_of
 
 PAGE = DOCS / "validation" / "calibration.md"
-NAME = "du2018"
 HALF = 0.5
-KEPT = 0.8
-"""Part of the width that counts as approximately the same."""
 
 
-def models_table(made: Mapping[str, Any]) -> str:
-    """One row a model: what its draws met, and its odds."""
-    head = ["model", "draws that show the three numbers", "their density, 1/deg^2", "then widest at, mm, 10 N",
-            "20 N", "then place met", "odds", "effective draws", "members"]  # fmt: skip
+def models_table(made: Mapping[str, Mapping[str, Any]]) -> str:
+    """One row a model and a reading: evidence, odds, quality of the draws, and what its members meet."""
+    head = ["model", "widths", "log evidence, two runs", "odds", "effective draws", "R-hat", "rigs run", "members",
+            "meet all"]  # fmt: skip
     rows = [
         [
             name,
-            f"{100 * one['solved_share']:.0f} %",
-            "{:.4f} +- {:.4f}".format(*one["evidence"]),
-            *("{1:.1f} ({0:.1f} to {2:.1f})".format(*one[f"widest_at_{p}N_mm"]) for p in (10, 20)),
-            *_place_and_odds(one),
-            f"{one['effective_draws']:.0f}",
+            reading,
+            " / ".join(f"{x:.2f}" for x in one["log_evidence"]),
+            f"{100 * one['odds']:.1f} %",
+            " / ".join(str(x) for x in one["effective_draws"]),
+            f"{one['r_hat']:.3f}",
+            f"{one['rigs_run']:,}",
             str(one["members"]),
+            str(one["meet_all"]),
         ]
-        for name, one in made["models"].items()
+        for reading, sidecar in made.items()
+        for name, one in sidecar["models"].items()
     ]
     return table(head, rows)
 
 
-def _place_and_odds(one: Mapping[str, Any]) -> tuple[str, str]:
-    """Probability of the place and odds; the upper end of 95 % where no draw meets the place (rule of three)."""
-    if one["odds"] == 0:
-        return f"below {300 / one['effective_draws_of_numbers']:.0f} %", "no draw"
-    return "{:.1f} +- {:.1f} %".format(
-        *(100 * value for value in one["place_probability"])
-    ), f"{100 * one['odds']:.1f} %"
-
-
-def facts_table(rigs: Sequence[Rig], reading: str) -> str:
-    """Facts of all members, worked out again, beside those of the paper with its widths read so."""
-    found, paper = [facts_of(rig) for rig in rigs], facts_as(reading)
-    near = HUNDREDTH_DEG * FACTORS[reading]
-    met = sum(paper.met_by(one, near) for one in found)
-    numbers = np.array([one.numbers for one in found])
-    places = np.abs([one.widest_at_mm for one in found])
-    rows = [
-        [name, stated, f"{low:.{digits}f} to {high:.{digits}f}"]
-        for name, stated, low, high, digits in (
-            ("full scale at 20 N, deg", "45 +- 0.5", *_ends(numbers[:, 0]), 2),
-            ("width at 10 N, deg", f"{paper.widths_deg[0]:g} +- {near:g}", *_ends(numbers[:, 1]), 4),
-            ("width at 20 N, deg", f"{paper.widths_deg[1]:g} +- {near:g}", *_ends(numbers[:, 2]), 4),
-            ("widest at 10 N, mm from zero", "0 +- 0.5", *_ends(places[:, 0]), 1),
-            ("widest at 20 N, mm from zero", "0 +- 0.5", *_ends(places[:, 1]), 1),
+def statements_table(made: Mapping[str, Mapping[str, Any]]) -> str:
+    """How many members meet each statement, by reading."""
+    rows = []
+    for name in STATEMENTS:
+        met = [sum(one["meet"][name] for one in sidecar["models"].values()) for sidecar in made.values()]
+        rows.append(
+            [name, *(f"{count} of {sidecar['members']}" for count, sidecar in zip(met, made.values(), strict=True))]
         )
-    ]
-    return f"{met} of {len(rigs)} members meet all facts.\n\n" + table(["fact", "paper", "members, all"], rows)
-
-
-def _ends(values: Floats) -> tuple[float, float]:
-    return float(values.min()), float(values.max())
+    meeting = [sum(one["meet_all"] for one in sidecar["models"].values()) for sidecar in made.values()]
+    every = [f"**{count} of {sidecar['members']}**" for count, sidecar in zip(meeting, made.values(), strict=True)]
+    rows.append(["all but the peak at 1 Hz", *every])
+    return table(["statement of the paper", *(f"{reading} widths" for reading in made)], rows)
 
 
 def constants_table(rigs: Sequence[Rig], made: Mapping[str, Any]) -> str:
@@ -101,31 +82,17 @@ def constants_table(rigs: Sequence[Rig], made: Mapping[str, Any]) -> str:
     return table(["constant", "prior, uniform", "members", "source of the prior"], rows)
 
 
-def ranges_table(wanted: Mapping[str, Floats]) -> str:
-    """Median and 90 % range of every prediction."""
+def ranges_table(wanted: Mapping[str, Mapping[str, Floats]], meeting: Mapping[str, Mask]) -> str:
+    """Median and 90 % range of every prediction by reading, and of the members that meet all static statements."""
     rows = []
-    for name, values in wanted.items():
-        found = range_of(values)
-        rows.append(
-            [name, f"{found.median:.3g}", f"{found.low:.3g} to {found.high:.3g}", f"{relative_width(name, values):.2f}"]
-        )
-    return table(["prediction", "median", "90 % range", "its width, over the median (of a share: its width)"], rows)
-
-
-def amplitude_words(rigs: Sequence[Rig], widths: Mapping[str, Floats], reading: str) -> str:
-    """Compare with what the paper says of smaller amplitudes, in words: no constant was fitted to it."""
-    with ensemble_file(NAME).open(encoding="utf-8", newline="") as file:
-        models = np.array([row[MODEL] for row in csv.DictReader(file)])
-    ratio = widths["width at 1.1 mm, 20 N, deg"] / facts_as(reading).widths_deg[1]
-    kept = ", ".join(
-        f'{int((ratio[models == name] >= KEPT).sum())} of {int((models == name).sum())} of "{name}"'
-        for name in dict.fromkeys(models.tolist())
-    )
-    return (
-        'The paper says of 20 N that the hysteresis is "approximately the same" at other amplitudes. No constant was '
-        f"fitted to that. The loop of 1.1 mm has {range_of(ratio)} of the width of 2.2 mm. "
-        f"{int((ratio >= KEPT).sum())} of {len(rigs)} members keep at least {100 * KEPT:.0f} %: {kept}."
-    )
+    for name in next(iter(wanted.values())):
+        cells = []
+        for reading, values in wanted.items():
+            every, those = range_of(values[name]), range_of(values[name][meeting[reading]])
+            cells += [f"{every}", f"{those}"]
+        rows.append([name, *cells])
+    head = [f"{reading} widths{who}" for reading in wanted for who in ("", ", members that meet all")]
+    return table(["prediction", *head], rows)
 
 
 def narrowing_table(rigs: Sequence[Rig], widths: Mapping[str, Floats], wanted: Mapping[str, Floats]) -> str:
@@ -149,21 +116,30 @@ def narrowing_table(rigs: Sequence[Rig], widths: Mapping[str, Floats], wanted: M
 
 def main() -> None:
     """Work out all tables and put them on the page."""
-    made = tomllib.loads(ensemble_file(NAME).with_suffix(".toml").read_text(encoding="utf-8"))
-    reading = made["reading"].removesuffix(" widths")
-    rigs = ensemble(NAME)
-    widths = predicted_widths(rigs)
-    wanted = {**widths, **predicted_shares(rigs, threads=2)}
-    energy = [name for name in wanted if name == "play, share of energy"]  # play dissipates nothing
-    wanted = {name: values for name, values in wanted.items() if name not in energy}
+    made = {reading: _sidecar(name) for reading, name in PRESETS.items()}
+    rigs = {reading: ensemble(name) for reading, name in PRESETS.items()}
+    widths = {reading: predicted_widths(own) for reading, own in rigs.items()}
+    wanted = {reading: {**widths[reading], **predicted_shares(own, threads=2)} for reading, own in rigs.items()}
+    for one in wanted.values():
+        del one["play, share of energy"]  # play dissipates nothing
+    meeting = {
+        reading: np.array([met_but_peak(judge(loops_of(rig), reading)) for rig in own]) for reading, own in rigs.items()
+    }
     parts = (
-        ("### Six models", models_table(made)),
-        ("### Facts of the members", facts_table(rigs, reading)),
-        ("### Constants", constants_table(rigs, made)),
-        ("### Predictions and shares", f"{ranges_table(wanted)}\n\n{amplitude_words(rigs, widths, reading)}"),
-        ("### Which measurement would narrow the ranges", narrowing_table(rigs, widths, wanted)),
+        ("### Six models under two readings", models_table(made)),
+        ("### Statements that members meet", statements_table(made)),
+        ("### Constants", constants_table(rigs[READING], made[READING])),
+        ("### Predictions and shares", ranges_table(wanted, meeting)),
+        (
+            "### Which measurement would narrow the ranges",
+            narrowing_table(rigs[READING], widths[READING], wanted[READING]),
+        ),
     )
     put_between_marks(PAGE, "docs.make.calibration.ensemble", "\n\n".join(f"{a}\n\n{b}" for a, b in parts))
+
+
+def _sidecar(name: str) -> dict[str, Any]:
+    return tomllib.loads(ensemble_file(name).with_suffix(".toml").read_text(encoding="utf-8"))
 
 
 if __name__ == "__main__":

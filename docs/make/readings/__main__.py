@@ -1,6 +1,6 @@
 """Writes ``docs/validation/readings.md`` from ``readings.json``: ``python -m docs.make.readings [PART ...]``.
 
-Parts named are worked out and stored first: ``table`` (at once), ``sets`` (four minutes), ``samples`` (an hour).
+Parts named are worked out and stored first: ``table`` (at once), ``sets`` (four minutes), ``layer``.
 """
 
 from __future__ import annotations

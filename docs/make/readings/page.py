@@ -19,7 +19,6 @@ from validation.measured.readings.paper_table import (
     OfReading,
     PaperTable,
 )
-from validation.measured.readings.posterior import Samples
 from validation.measured.readings.statements import PEAK, STATEMENTS
 
 PAGE = DOCS / "validation" / "readings.md"
@@ -40,7 +39,6 @@ def page(stored: Stored) -> str:
         numbers=numbers_table(paper),
         sets=sets_table(stored.sets),
         unmet=unmet_words(stored.sets),
-        samples=samples_table(stored.samples) if stored.samples else _not_run("samples"),
         layer=layer_table(layer) if layer else _not_run("layer"),
         fast=fast_table(layer) if layer else _not_run("layer"),
         layer_words=layer_words(layer) if layer else "",
@@ -138,29 +136,7 @@ def unmet_words(sets: Mapping[str, Mapping[str, SetFit]]) -> str:
 # --- draws -------------------------------------------------------------------------------------------------------
 
 
-def samples_table(samples: Mapping[str, Mapping[str, Samples]]) -> str:
-    """One row a set and a reading: quality of the draws, and how many members meet what."""
-    head = ["set", "widths", "draws that show the numbers", "effective draws", "members that meet all static ones",
-            "statement met least often", "emcee: walkers x steps", "steps that moved", "steps a draw",
-            "largest R-hat"]  # fmt: skip
-    rows = []
-    for name, drawn in samples.items():
-        for reading, one in drawn.items():
-            static = {key: count for key, count in one.met.items() if key != PEAK}
-            least = min(static, key=lambda key: static[key])
-            rows.append([
-                name, reading, f"{100 * one.solved:.0f} % of {one.draws:,}", f"{one.effective:.0f}",
-                f"{sum(one.meets)} of {len(one.meets)}", f"{least}, {static[least]}", f"{one.walkers} x {one.steps}",
-                f"{100 * one.accepted:.0f} %", f"{one.steps_a_draw:.0f}", f"{one.r_hat:.2f}",
-            ])  # fmt: skip
-    return table(head, rows)
-
-
 # --- equation 7 --------------------------------------------------------------------------------------------------
-
-
-def _each(layer: Mapping[str, Mapping[str, MemberErrors]], reading: str) -> list[MemberErrors]:
-    return [found[reading] for found in layer.values() if reading in found]
 
 
 def _error_cells(found: Sequence[LoopErrors], test: int) -> list[str]:
@@ -175,21 +151,21 @@ def _error_cells(found: Sequence[LoopErrors], test: int) -> list[str]:
     return cells
 
 
-def layer_table(layer: Mapping[str, Mapping[str, MemberErrors]]) -> str:
+def layer_table(layer: Mapping[str, Sequence[MemberErrors]]) -> str:
     """Format static errors of equation 7 by reading and preload."""
     rows = [["Table 1, measured", "", *(f"{limit[0]}" for limit in (LARGEST_DEG, PERCENT, NORMALISED))]]
     for reading in _READINGS:
-        found = _each(layer, reading)
+        found = layer[reading]
         for preload in found[0].static:
             rows.append([reading, f"{preload} N", *_error_cells([one.static[preload] for one in found], 0)])
     return table(["widths", "loop", "largest error, deg", "%", "normalised"], rows)
 
 
-def _fast(layer: Mapping[str, Mapping[str, MemberErrors]], reading: str) -> list[FastTest]:
-    return [one.fast for one in _each(layer, reading) if one.fast is not None]
+def _fast(layer: Mapping[str, Sequence[MemberErrors]], reading: str) -> list[FastTest]:
+    return [one.fast for one in layer[reading] if one.fast is not None]
 
 
-def fast_table(layer: Mapping[str, Mapping[str, MemberErrors]]) -> str:
+def fast_table(layer: Mapping[str, Sequence[MemberErrors]]) -> str:
     """Errors of the static law at 1 Hz."""
     rows = [["Table 1, measured", *(f"{limit[1]}" for limit in (LARGEST_DEG, PERCENT, NORMALISED)), "", ""]]
     for reading in _READINGS:
@@ -204,7 +180,7 @@ def fast_table(layer: Mapping[str, Mapping[str, MemberErrors]]) -> str:
     return table(["widths", "largest error, deg", "%", "normalised", "later than the static loop, ms", "peak"], rows)
 
 
-def layer_words(layer: Mapping[str, Mapping[str, MemberErrors]]) -> str:
+def layer_words(layer: Mapping[str, Sequence[MemberErrors]]) -> str:
     """How late the loops are that stay within 1.61 deg, and how many rigs there are."""
     words = []
     for reading in _READINGS:

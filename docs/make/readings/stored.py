@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
+from itertools import repeat
 
+from docs.make.calibration.sample import PRESETS
 from docs.make.pages import DOCS
+from fem_models.rig.ensemble import member_constants
 from hysteresis.files import write_files
 from hysteresis.plain import from_plain, to_plain
 from validation.measured.readings.fit import SetFit, fit_set
 from validation.measured.readings.layer_errors import MemberErrors, member_errors
-from validation.measured.readings.loops import has_rate
-from validation.measured.readings.mechanisms import SAMPLED, SETS, rig_of
+from validation.measured.readings.mechanisms import SETS
 from validation.measured.readings.paper_table import FACTORS, PaperTable, paper_table
-from validation.measured.readings.posterior import Samples, SampleSettings, met_but_peak, sample
 
 STORED = DOCS / "validation" / "readings.json"
 STARTS, SEED = 3, 1
@@ -23,12 +25,11 @@ Tell = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Stored:
-    """Figures by part; those of sets by name and reading."""
+    """Figures by part; those of sets by name and reading, those of equation 7 by reading."""
 
     table: PaperTable | None = None
     sets: Mapping[str, Mapping[str, SetFit]] = field(default_factory=dict)
-    samples: Mapping[str, Mapping[str, Samples]] = field(default_factory=dict)
-    layer: Mapping[str, Mapping[str, MemberErrors]] = field(default_factory=dict)
+    layer: Mapping[str, tuple[MemberErrors, ...]] = field(default_factory=dict)
 
 
 def read() -> Stored:
@@ -57,36 +58,20 @@ def make_sets(tell: Tell) -> None:
     write(replace(read(), sets=found))
 
 
-def make_samples(tell: Tell) -> None:
-    """Draw the members of sets under both readings that are not stored yet: remove them to draw again."""
-    for name, mechanisms in SAMPLED.items():
-        for one in reversed(FACTORS):
-            stored = read()
-            if one in stored.samples.get(name, {}):
-                continue
-            found = sample(mechanisms, one, SampleSettings(seed=SEED), tell)
-            tell(f"{name}, {one}: effective {found.effective:.0f}, R-hat {found.r_hat:.2f}, {sum(found.meets)} meet")
-            stored = read()
-            write(replace(stored, samples={**stored.samples, name: {**stored.samples.get(name, {}), one: found}}))
-
-
 def make_layer(tell: Tell) -> None:
-    """Fit equation 7 to the loops of the sets' rigs that are not stored yet: remove them to fit again."""
-    for name, fits in read().sets.items():
-        for one, fit in fits.items():
-            stored = read()
-            rates = rig_of(fit.constants)
-            known = stored.layer.get(name, {})
-            if one in known or not met_but_peak(fit.judged) or rates.camera or has_rate(rates.rig):
-                continue
-            known = {**known, one: member_errors(fit.constants, one, SEED)}
-            write(replace(stored, layer={**stored.layer, name: known}))
-            tell(f"{name}, {one}: {known[one].static}")
+    """Fit equation 7 to the loops of the members of both ensembles."""
+    found: dict[str, tuple[MemberErrors, ...]] = {}
+    with ProcessPoolExecutor() as pool:
+        for reading, name in PRESETS.items():
+            members = member_constants(name)
+            asked = (members, repeat(reading), range(SEED, SEED + len(members)))
+            found[reading] = tuple(pool.map(member_errors, *asked, chunksize=5))
+            tell(f"{reading}: {len(found[reading])} members")
+    write(replace(read(), layer=found))
 
 
 PARTS: Mapping[str, Callable[[Tell], None]] = {
     "table": make_table,
     "sets": make_sets,
-    "samples": make_samples,
     "layer": make_layer,
 }

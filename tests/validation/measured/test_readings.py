@@ -1,19 +1,16 @@
 """The paper's widths read twice: bounds from its own model, statements with their errors, draws."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from fem_models.rig import preset
-from fem_models.rig.rig import numeric_fields
-from validation.measured.readings.fit import COARSE_MM, fit_set
+from validation.measured.readings.fit import fit_set
 from validation.measured.readings.layer_errors import loop_errors
-from validation.measured.readings.loops import Loop, Loops, fast_program, loops_of, static_loop
+from validation.measured.readings.loops import Loop, Loops, fast_program, loops_of
 from validation.measured.readings.mechanisms import SETS, rig_of
 from validation.measured.readings.paper_table import EQUATION_10, least_rms_deg, model_loop, paper_table, reference
-from validation.measured.readings.posterior import Density, SampleSettings, sample, split_r_hat
 from validation.measured.readings.statements import (
     APART,
     CENTRE_WIDEST,
@@ -126,39 +123,6 @@ def test_unequal_tendons_are_those_of_tendon_b():
 def test_fit_of_the_preset_s_mechanisms_meets_the_static_statements():
     fit = fit_set(SETS["sheath, Jenkins, toe, play taken up"], "half", starts=1, seed=1)
     assert [name for name, met in fit.judged.met.items() if not met] == [PEAK]
-
-
-def test_r_hat_of_equal_chains_is_one_and_of_apart_chains_is_not():
-    chains = np.random.default_rng(0).standard_normal((400, 8, 3))
-    assert split_r_hat(chains) == pytest.approx(1, abs=0.02)
-    chains[:, :4, 1] += 3
-    assert split_r_hat(chains) > 1.5
-
-
-@pytest.mark.slow
-def test_draws_are_repeatable_and_have_the_stated_widths():
-    mechanisms = SETS["sheath, Jenkins, toe"]
-    settings = SampleSettings(draws=16, walkers=14, steps=6, members=6)
-    one, same = (sample(mechanisms, "full", settings) for _ in range(2))
-    assert one.rows == same.rows
-    assert (one.met[W10], one.met[W20], one.met[FULL]) == (6, 6, 6)
-    assert 0 < one.solved <= 1
-
-
-def test_width_at_10_N_takes_the_place_of_the_sheath_s_friction():
-    mechanisms = SETS["sheath, Jenkins, toe"]
-    constants = {name: of_the_preset(name) for name in mechanisms.names} | dict(mechanisms.fixed)
-    density = Density(mechanisms, "half")
-    found = density.solved(density.point(constants))
-    own = static_loop(replace(rig_of(constants).rig, preload_N=10.0), step_mm=COARSE_MM).width_deg.max()
-    more = math.log(found.constants["friction.sheath_N"] / constants["friction.sheath_N"])
-    assert more == pytest.approx(found.derivative * (7.04 - own), rel=0.1)
-    assert found.low.width_deg.max() == pytest.approx(7.04, abs=0.002)
-
-
-def of_the_preset(name):
-    """Constant of the preset by its name in a rig file."""
-    return numeric_fields(preset("du2018"))[name.replace("tendon.", "tendon_a.")]
 
 
 def test_errors_of_a_loop_refer_to_its_largest_angle():

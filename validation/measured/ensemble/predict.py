@@ -12,8 +12,8 @@ from fem_models.load import triangle
 from fem_models.rig import Rig
 from fem_models.rig.effects import TipLoad
 from hysteresis.arrays import Floats
-from validation.measured.ensemble.facts import loop_numbers
 from validation.measured.preset_du2018 import AMPLITUDE_MM
+from validation.measured.readings.loops import static_loop
 from validation.separation import loop_program
 from validation.separation.ensemble import gathered, left_by, range_of, separate_each
 
@@ -44,7 +44,7 @@ class Candidate:
 def predicted_widths(rigs: Sequence[Rig]) -> dict[str, Floats]:
     """Largest widths of :data:`WIDTHS` over the rigs, deg, shape (members,) each."""
     return {
-        name: np.array([loop_numbers(replace(rig, preload_N=preload), amplitude).width_deg for rig in rigs])
+        name: np.array([static_loop(replace(rig, preload_N=preload), amplitude).width_deg.max() for rig in rigs])
         for name, (preload, amplitude) in WIDTHS.items()
     }
 

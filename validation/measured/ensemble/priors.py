@@ -8,7 +8,7 @@ of the tendons, a play that the preload takes up (the cause that the paper names
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -29,18 +29,6 @@ class Prior:
         if self.log:
             return np.asarray(self.low * (self.high / self.low) ** quantile)
         return np.asarray(self.low + (self.high - self.low) * quantile)
-
-    def quantile(self, value: float) -> float:
-        """Quantile of a value, from 0 to 1 between the bounds."""
-        if self.log:
-            return float(np.log(value / self.low) / np.log(self.high / self.low))
-        return (value - self.low) / (self.high - self.low)
-
-    def log_density_per_log(self, value: float) -> float:
-        """Logarithm of the density of ln(value); -inf beyond the bounds."""
-        if not self.low <= value <= self.high:
-            return -np.inf
-        return float(-np.log(np.log(self.high / self.low)) if self.log else np.log(value / (self.high - self.low)))
 
 
 _NITINOL = "plateaus at 37 C and 6.52 MPa/K, confluentmedical/nitinol-design-concepts 115; 10 to 37 C"
@@ -80,32 +68,30 @@ PLAY: Mapping[str, Prior] = {
 
 
 @dataclass(frozen=True)
-class Model:
-    """Laws of a rig with priors of their constants by dotted name, and constants that they fix.
-
-    ``solved`` are the three constants that follow from the three numbers of the facts once the others are chosen.
-    ``part`` of the draws is made: a chain with the flag takes twice as long.
-    """
+class MechanismSet:
+    """Laws of a rig: their constants with priors by dotted name, and constants that are fixed."""
 
     priors: Mapping[str, Prior]
-    fixed: Mapping[str, float]
-    solved: tuple[str, str, str]
-    part: float = 1.0
+    fixed: Mapping[str, float] = field(default_factory=dict)
 
     @property
-    def drawn(self) -> tuple[str, ...]:
-        """Constants that are drawn from their priors."""
-        return tuple(name for name in self.priors if name not in self.solved)
+    def names(self) -> tuple[str, ...]:
+        """Names of the free constants."""
+        return tuple(self.priors)
+
+    def chosen(self, quantiles: Floats) -> dict[str, float]:
+        """Constants at quantiles of their priors, shape (p,), and the fixed ones."""
+        pairs = zip(self.priors.items(), quantiles, strict=True)
+        return {name: float(prior.at(q)) for (name, prior), q in pairs} | dict(self.fixed)
 
 
-_WITH_TOE = ("tendon.EA_N", "tendon.toe_N", "friction.sheath_N")
-_WITH_PLAY = ("tendon.EA_N", "backlash.width_mm", "friction.sheath_N")
-_LINEAR = {"material.loop_share": 0.0}
-MODELS: Mapping[str, Model] = {
-    "Jenkins loop, toe": Model({**COMMON, **JENKINS, **TOE}, {}, _WITH_TOE),
-    "Jenkins loop, toe and play": Model({**COMMON, **JENKINS, **TOE, **PLAY}, {}, _WITH_TOE),
-    "Jenkins loop, play": Model({**COMMON, **JENKINS, **PLAY}, {"tendon.toe_N": 0.0}, _WITH_PLAY),
-    "flag, toe": Model({**COMMON, **FLAG, **TOE}, _LINEAR, _WITH_TOE, part=0.5),
-    "flag, toe and play": Model({**COMMON, **FLAG, **TOE, **PLAY}, _LINEAR, _WITH_TOE, part=0.5),
-    "flag, play": Model({**COMMON, **FLAG, **PLAY}, {**_LINEAR, "tendon.toe_N": 0.0}, _WITH_PLAY, part=0.5),
+_LINEAR, _NO_TOE = {"material.loop_share": 0.0}, {"tendon.toe_N": 0.0}
+MODELS: Mapping[str, MechanismSet] = {
+    "Jenkins loop, toe": MechanismSet({**COMMON, **JENKINS, **TOE}),
+    "Jenkins loop, toe and play": MechanismSet({**COMMON, **JENKINS, **TOE, **PLAY}),
+    "Jenkins loop, play": MechanismSet({**COMMON, **JENKINS, **PLAY}, _NO_TOE),
+    "flag, toe": MechanismSet({**COMMON, **FLAG, **TOE}, _LINEAR),
+    "flag, toe and play": MechanismSet({**COMMON, **FLAG, **TOE, **PLAY}, _LINEAR),
+    "flag, play": MechanismSet({**COMMON, **FLAG, **PLAY}, {**_LINEAR, **_NO_TOE}),
 }
+"""A law of the material times what makes the loop narrower with preload."""

@@ -12,8 +12,9 @@ from scipy.stats import qmc
 from fem_models.rig import RigError
 from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats
+from validation.measured.ensemble.priors import MechanismSet
 from validation.measured.readings.loops import loops_of
-from validation.measured.readings.mechanisms import MechanismSet, rig_of
+from validation.measured.readings.mechanisms import rig_of
 from validation.measured.readings.statements import Judged, judge, residual_vector
 
 IMPOSSIBLE = 300.0

@@ -7,31 +7,12 @@ both tendons, ``ratio.`` for tendon b over tendon a, ``camera.`` for the sensor.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from fem_models.rig import Rig, preset
 from fem_models.rig.ensemble import with_constants
-from hysteresis.arrays import Floats
-from validation.measured.ensemble.priors import COMMON, FLAG, JENKINS, PLAY, TOE, Prior
-
-
-@dataclass(frozen=True)
-class MechanismSet:
-    """Constants with their priors by name, and those that are fixed."""
-
-    priors: Mapping[str, Prior]
-    fixed: Mapping[str, float] = field(default_factory=dict)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the free constants."""
-        return tuple(self.priors)
-
-    def chosen(self, quantiles: Floats) -> dict[str, float]:
-        """Constants at quantiles of their priors, shape (p,), and the fixed ones."""
-        pairs = zip(self.priors.items(), quantiles, strict=True)
-        return {name: float(prior.at(q)) for (name, prior), q in pairs} | dict(self.fixed)
+from validation.measured.ensemble.priors import COMMON, FLAG, JENKINS, PLAY, TOE, MechanismSet, Prior
 
 
 def _of(priors: Mapping[str, Prior], *names: str) -> dict[str, Prior]:
@@ -99,11 +80,6 @@ SETS: Mapping[str, MechanismSet] = {
     ),
 }
 """Sets in the order of the page."""
-SAMPLED: Mapping[str, MechanismSet] = {
-    "Jenkins, toe, play taken up, all friction": MechanismSet({**_J, **_ALONG, **TOE, **PLAY}),
-    "flag, toe, play taken up, all friction": MechanismSet({**_F, **_ALONG, **TOE, **PLAY}, _NO_LOOP),
-}
-"""The two laws of the metal with all that the static statements may need."""
 
 
 @dataclass(frozen=True)
