@@ -20,8 +20,9 @@ from fem_models.load import LoadProgram, triangle
 from fem_models.multibody.quasi_static import solve_multibody_by_force
 from fem_models.rig import Rig, preset
 from fem_models.rig.effects import Creep
-from fem_models.rig.joints import MeasuredJoint
+from fem_models.rig.joints import MeasuredJoint, Notch
 from fem_models.rig.rig import Friction, Tendon, notched_tube
+from fem_models.spatial import DeadLoads, solve_spatial, spatial_rig
 from hysteresis.arrays import Floats
 from hysteresis.records.metrics import loop_width
 from validation.separation import loop_program, separate
@@ -155,6 +156,24 @@ def creep() -> Finding:
     return Finding("8: creep one sample after a step, over that in the end", f"{exact:.4f}", "0", f"{now:.4f}")
 
 
+def shear_centre() -> Finding:
+    """Distance from the neutral axis to the axis that a force across twists a thin arc about."""
+    base = preset("du2018")
+    tube = replace(notched_tube(base).tube, outer_diameter_mm=3.5, inner_diameter_mm=2.74)
+    joint = replace(notched_tube(base), tube=tube, notch=Notch("rectangular", 5, 1.2, 1.5, 1.2))
+    radius, a = 1.56, np.arccos((1.2 - 1.75) / 1.56)
+    exact = 2 * radius * (np.sin(a) - a * np.cos(a)) / (a - np.sin(a) * np.cos(a)) - radius * np.sin(a) / a
+    wrist = spatial_rig(replace(base, joint=joint))
+    soft = replace(wrist.tendons[0].tendon, EA_N=1e-6, toe_N=0.0)
+    alone = replace(wrist, tendons=(replace(wrist.tendons[0], tendon=soft),), preload_N=0.0, friction=Friction())
+    load = DeadLoads(tip_N=(0.0, 0.0, 1e-4))
+    twist_rad = np.radians(solve_spatial(replace(alone, loads=load), np.zeros((1, 1))).torsion_deg[0]) / 5
+    one = wrist.joints[0]
+    now = twist_rad / 1e-4 / (1 / one.stiffness.torsion + 1 / one.ring[1])
+    what = "8: arm of a force across about a one-sided notch of 3.5/2.74 mm cut 1.2 mm deep, mm"
+    return Finding(what, f"{exact:.2f}", "0", f"{now:.2f}")
+
+
 def energy() -> Finding:
     """Energy of a cycle by the command ``separate``, and by the table of the page on contributions."""
     parts = separate(preset("du2018", preload_N=20.0), loop_program(-AMPLITUDE_MM, AMPLITUDE_MM))
@@ -171,7 +190,7 @@ def energy() -> Finding:
 
 def main() -> None:
     """Work out all rows and put them on the page."""
-    found = [reading(), intervals(), strain(), *shape(), *stiff_joints(), closure(), creep(), energy()]
+    found = [reading(), intervals(), strain(), *shape(), *stiff_joints(), closure(), creep(), shear_centre(), energy()]
     rows = [[one.what, one.right, one.before, one.now] for one in found]
     put_between_marks(PAGE, "docs.make.second_review", table(["finding", "right", "review", "now"], rows))
 

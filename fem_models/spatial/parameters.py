@@ -35,6 +35,7 @@ from fem_models.spatial.tables import (
     PRELOAD,
     REST,
     SEGMENT,
+    SHEARS,
     SLIP,
     SPRING,
     STEP,
@@ -142,6 +143,7 @@ def _joints(rig: SpatialRig) -> Floats:
         row[TURNING] = joint.mechanics.turning_length_mm
         row[STEP : STEP + 3], row[HALF : HALF + 3] = step, half
         row[CONTACT : CONTACT + 3] = _contact(rig, joint)
+        row[SHEARS] = joint.shear_centre_mm
         row[LOOP : LOOP + 2 * ELEMENTS], row[SLIP : SLIP + 2 * ELEMENTS] = loop.ravel(), slip.ravel()
     return out
 

@@ -6,10 +6,10 @@ import numpy as np
 
 from fem_models.spatial.parameters import Parameters, neutral_mm
 from fem_models.spatial.rig import SpatialRig
-from fem_models.spatial.tables import FRAME, GIVE, HALF, STEP, TURNING
+from fem_models.spatial.tables import FRAME, GIVE, HALF, SHEARS, STEP, TURNING
 from hysteresis.arrays import Floats
 
-TUBE_AXIS = np.array([1.0, 0.0, 0.0])
+TUBE_AXIS, ACROSS = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
 
 def rotation(vectors: Floats) -> Floats:
@@ -41,7 +41,8 @@ def tip_and_frame(rig: SpatialRig, parameters: Parameters, joints: Floats) -> tu
         middle[:, k] = last @ into[:, k]
         last = frame[:, k] = middle[:, k] @ out[:, k]
     force = np.array(parameters.tip) + np.arange(n, 0, -1)[:, None] * np.array(parameters.weight)
-    moved = joints[..., 3:] + own[:, GIVE : GIVE + 3] * np.einsum("skji,kj->ski", middle, force)
+    moved = joints[..., 3:] - own[:, SHEARS, None] * joints[..., :1] * ACROSS
+    moved += own[:, GIVE : GIVE + 3] * np.einsum("skji,kj->ski", middle, force)
     along = own[:, TURNING, None] * TUBE_AXIS
     ring = own[:, STEP : STEP + 3] - 0.5 * (along + np.concatenate([along[1:], along[-1:]]))
     ring[-1] = own[-1, HALF : HALF + 3] - 0.5 * along[-1] - neutral[-1]

@@ -17,7 +17,7 @@ from fem_models.rig.checks import require, require_in_range
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
 from fem_models.rig.layout import KNOWN_EFFECTS, Space, Weight
 from fem_models.rig.rig import EFFECT_TABLES, Friction, Material, Tendon, with_joint
-from fem_models.spatial.stiffness import NotchStiffness, notch_stiffness
+from fem_models.spatial.stiffness import NotchStiffness, notch_stiffness, shear_centre_mm
 from hysteresis.arrays import Floats
 
 MEASURED_RATIO = 100.0
@@ -58,6 +58,8 @@ class SpatialJoint:
         The six stiffnesses; an infinite shear or axial one is rigid.
     ring
         Stiffness of the uncut tube in series, Nmm/rad: bending and torsion.
+    shear_centre_mm
+        Place of the shear centre along axis 2, from the neutral axis: where the notch twists about.
     beyond_mm, to_ring_mm
         From its middle to that of the next notch, of the last one as if another followed, and to the middle of its
         ring.
@@ -68,6 +70,7 @@ class SpatialJoint:
     mechanics: JointMechanics
     stiffness: NotchStiffness
     ring: tuple[float, float]
+    shear_centre_mm: float
     beyond_mm: float
     to_ring_mm: float
 
@@ -227,17 +230,28 @@ def _joints(
     )
 
 
-def _kind(rig: Rig, stiffness: NotchStiffness | None) -> tuple[JointMechanics, NotchStiffness, tuple[float, float]]:
+_Kind = tuple[JointMechanics, NotchStiffness, tuple[float, float], float]
+
+
+def _kind(rig: Rig, stiffness: NotchStiffness | None) -> _Kind:
     mechanics = joint_mechanics(rig)
     law = isinstance(rig.joint, MeasuredJoint) and rig.joint.has_law
     require(not law, "rig.law_share", "given", "none in space: joints are linear but for their loop")
     linear = mechanics.hardening.is_linear
     require(linear, "rig.hardening_slope", "given", "none in space: joints are linear but for their loop")
+    shears = _shear_centre_mm(rig, mechanics)
     if stiffness is not None:  # what the ring gives is in it
-        return mechanics, stiffness, (RIGID_RING * stiffness.strong, RIGID_RING * stiffness.torsion)
+        return mechanics, stiffness, (RIGID_RING * stiffness.strong, RIGID_RING * stiffness.torsion), shears
     ring = mechanics.ring.bending_Nmm_per_rad
     series = (ring, ring / (1 + rig.material.poissons_ratio))  # G J = E I/(1 + nu) of a round tube
-    return mechanics, _stiffness(rig, mechanics), series
+    return mechanics, _stiffness(rig, mechanics), series, shears
+
+
+def _shear_centre_mm(rig: Rig, mechanics: JointMechanics) -> float:
+    """Place of the shear centre from the neutral axis, towards the cut; that of measured joints is not known."""
+    if not (isinstance(rig.joint, NotchedTube) and rig.joint.one_sided):
+        return 0.0
+    return mechanics.flexure.neutral_offset_mm - shear_centre_mm(rig.joint)
 
 
 def _in_space(planar: tuple[float, float], turn_deg: float) -> Space:

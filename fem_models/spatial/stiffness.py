@@ -72,6 +72,17 @@ def notch_stiffness(joint: NotchedTube, metal: Elasticity) -> NotchStiffness:
     )
 
 
+def shear_centre_mm(joint: NotchedTube) -> float:
+    """Distance from the tube's axis to the shear centre of a one-sided notch, away from the cut; 0 of a pair.
+
+    That of a thin arc of the section at the root, 2 R (sin a - a cos a)/(a - sin a cos a) (Vlasov 1961).
+    """
+    if not joint.one_sided:
+        return 0.0
+    a = float(_half_angle(joint, np.zeros(1))[0])
+    return 2 * _mean_radius(joint) * (math.sin(a) - a * math.cos(a)) / (a - math.sin(a) * math.cos(a))
+
+
 def stiffness_of_solid(stiffness: Floats) -> NotchStiffness:
     """Six stiffnesses from those of a solid notch, shape (6, 6): :class:`fem_models.solid.linear.SnrStiffness`.
 

@@ -18,7 +18,8 @@ CONTACT = 21  # angle of closure, stiffness, 1 where both sides close
 LOOP = 24  # stiffness of the Jenkins elements: strong axis, then weak one
 ELEMENTS = 3  # Jenkins elements of a bending axis, those of fem_models.joint.friction
 SLIP = LOOP + 2 * ELEMENTS  # their slip moments
-JOINT = SLIP + 2 * ELEMENTS
+SHEARS = SLIP + 2 * ELEMENTS  # shear centre from the neutral axis, along 2, mm
+JOINT = SHEARS + 1
 
 # of a tendon over a joint, Parameters.crossings (N, m, CROSSING)
 CARRIED = 0  # what the rings carry of the way from hole to hole
@@ -37,7 +38,8 @@ PRELOAD = 2
 BY_FORCE = 3  # 1 where the drive is a tension
 TENDON = 4
 
-# of a joint's unknowns, x (N + 1, SLIPS + m): rotation vector, displacement, slips at the guide before it
+# of a joint's unknowns, x (N + 1, SLIPS + m): rotation vector, displacement (of the shear centre, where across), slips
+# at the guide before it
 MOVED = 3
 SLIPS = 6
 

@@ -40,6 +40,7 @@ class Laws(NamedTuple):
     spring: Floats  # (N, 3): torsion, strong and weak bending, without the loop
     rest: Floats  # (N, 3): rotation vector without load
     force: Floats  # (N, 3): along the tube and both shears, N/mm
+    shears: Floats  # (N,): shear centre from the neutral axis, towards the cut, mm
     thrust: Floats  # (N,): what the tendons press at rest
     loop: Floats  # (N, 2, e): stiffness of the Jenkins elements, strong axis and weak one
     slip: Floats  # (N, 2, e): their slip moments
@@ -67,7 +68,7 @@ def laws_of(rig: SpatialRig, thrust: Floats) -> Laws:
     n = len(rig.joints)
     spring, force, rest = np.empty((n, 3)), np.empty((n, 3)), np.zeros((n, 3))
     loop, slip = np.zeros((2, n, 2, MATERIAL_ELEMENTS))
-    closes, contact, both = np.empty(n), np.empty(n), np.empty(n)
+    closes, contact, both, shears = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     for k, joint in enumerate(rig.joints):
         six, (bends, twists) = joint.stiffness, joint.ring
         split = [jenkins_elements(rig.material, bending) for bending in (six.strong, six.weak)]
@@ -77,12 +78,13 @@ def laws_of(rig: SpatialRig, thrust: Floats) -> Laws:
         elastic = np.array([six.torsion, *(part.elastic_Nmm_per_rad for part in split)])
         spring[k] = 1 / (1 / elastic + 1 / np.array([twists, bends, bends]))
         force[k] = np.minimum([six.axial, six.shear_in, six.shear_across], RIGID_N_PER_MM)
+        shears[k] = joint.shear_centre_mm
         rest[k, 2] = joint.mechanics.rest_angle_rad
         closes[k], both[k] = joint.mechanics.contact_angle_rad, float(not joint.mechanics.one_sided)
         stiff = rig.contact_Nmm_per_rad
         contact[k] = 1 / (1 / stiff + 1 / bends) if stiff > 0 else 0.0
     turning = np.array([joint.mechanics.turning_length_mm for joint in rig.joints])
-    return Laws(notch_frames(rig), turning, spring, rest, force, thrust, loop, slip, closes, contact, both)
+    return Laws(notch_frames(rig), turning, spring, rest, force, shears, thrust, loop, slip, closes, contact, both)
 
 
 def cross(a: Floats, b: Floats) -> Floats:
@@ -201,15 +203,22 @@ class Flexures:
 
     def loads(self, strains: Strains) -> tuple[Floats, Floats]:
         """Force and moment of the notches in their frames, shapes (..., N, 3)."""
-        laws, (moved, phi) = self.laws, strains
-        force = laws.force * moved
+        laws, phi = self.laws, strains.rotation
+        force = laws.force * self._of_shear_centre(strains)
         force[..., 0] -= laws.thrust
         moment = laws.spring * (phi - laws.rest) + self.viscous * (phi - self.before)
+        moment[..., 0] += laws.shears * force[..., 2]
         moment[..., 1:] += np.clip(laws.loop * (phi[..., 1:, None] - self.rest), -laws.slip, laws.slip).sum(axis=-1)
         angle = phi[..., 2]
         past = np.maximum(angle - laws.closes, 0.0) - laws.both * np.maximum(-angle - laws.closes, 0.0)
         moment[..., 2] += laws.contact * past
         return force, moment
+
+    def _of_shear_centre(self, strains: Strains) -> Floats:
+        """Displacement of the axis of the notch, where across that of its shear centre, shape (..., N, 3)."""
+        moved = strains.displacement.copy()
+        moved[..., 2] += self.laws.shears * strains.rotation[..., 0]
+        return moved
 
     def slip(self, phi: Floats) -> float:
         """Move the rest angles of the Jenkins elements that slip at rotation vectors, (N, 3); return the loss, mJ."""
@@ -222,7 +231,7 @@ class Flexures:
 
     def stored_mJ(self, strains: Strains) -> float:
         """Energy of the flexures above that at rest, whose thrust is that of the tendons."""
-        laws, (moved, phi) = self.laws, strains
+        laws, moved, phi = self.laws, self._of_shear_centre(strains), strains.rotation
         total = 0.5 * (laws.force * moved**2).sum() - (laws.thrust * moved[:, 0]).sum()
         total += 0.5 * (laws.spring * (phi - laws.rest) ** 2).sum()
         total += 0.5 * (laws.loop * (phi[:, 1:, None] - self.rest) ** 2).sum()

@@ -7,7 +7,8 @@ joint, eta = phi/2, and in the frame half way between both rings, a tendon takes
 
 t being the length that lies along the mean direction, d the displacement of the notch, c what the rings carry of the
 way, r the middle of the holes; a and b as in :mod:`fem_models.spatial.kernels.vectors`. Its potential is the tendon's.
-d is that of a spring under the force of all chords, F: d = -C (F - F0). See docs/theory/three-dimensions.md.
+In the unknowns stands the displacement of the shear centre, s e2 from the neutral axis: d = x - s phi_1 e3. That is one
+of a spring under the force of all chords, F: x = -C (F - F0). See docs/theory/three-dimensions.md.
 """
 
 from __future__ import annotations
@@ -71,6 +72,7 @@ from fem_models.spatial.tables import (
     ROWS,
     SCRATCH,
     SEGMENT,
+    SHEARS,
     SHIFT,
     SLIP,
     SLIPS,
@@ -171,7 +173,12 @@ def cross_notch(k: int, j: int, turn: Turn, x: Floats, rig: Parameters, work: Wo
     ec = dot(e, c)
     to_axis, aside = two(ec, e, -s, c), cross(e, r)
     way = three(1.0, c, b, to_axis, 2.0 * a, aside)
-    v = two(1.0, (way[0] + rig.joints[k, TURNING], way[1], way[2]), 1.0, take(x, k, MOVED))
+    by_twist = 2.0 * rig.joints[k, SHEARS]  # of half the rotation vector: about the shear centre
+    v = (
+        way[0] + rig.joints[k, TURNING] + x[k, MOVED],
+        way[1] + x[k, MOVED + 1],
+        way[2] + x[k, MOVED + 2] - by_twist * e[0],
+    )
     length = math.sqrt(dot(v, v))
     u = scaled(1.0 / length, v)
     # slope of the chord in eta: b (eta.c) 1 + b eta c^T + z eta^T - 2 a [r]x
@@ -184,7 +191,7 @@ def cross_notch(k: int, j: int, turn: Turn, x: Floats, rig: Parameters, work: Wo
     scratch[ROWS, 2] -= g * r[1]
     scratch[ROWS + 1, 0] -= g * r[2]
     scratch[ROWS + 1, 2] += g * r[0]
-    scratch[ROWS + 2, 0] += g * r[1]
+    scratch[ROWS + 2, 0] += g * r[1] - by_twist
     scratch[ROWS + 2, 1] -= g * r[0]
     lever = scaled(0.5, times_t(scratch, ROWS, u))  # in phi
     taut, slips = rig.crossings[k, j, SEGMENT], x[k, SLIPS + j] - x[k + 1, SLIPS + j]

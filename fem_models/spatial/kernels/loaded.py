@@ -20,6 +20,7 @@ from fem_models.spatial.kernels.vectors import (
     cross,
     dot,
     put,
+    scaled,
     take,
     take_at,
     three,
@@ -38,6 +39,7 @@ from fem_models.spatial.tables import (
     INVERSE,
     MOMENT,
     PULL,
+    SHEARS,
     SHIFT,
     SLIPS,
     SOLVE,
@@ -80,10 +82,13 @@ def by_spins(work: Work, k: int, p: Vector) -> Vector:
 
 
 @spatial_njit()
-def place_rings(x: Floats, rig: Parameters, work: Work) -> None:
-    """Fill frames of rings and notches, and the moments of the joints in space."""
-    frames, rings = work.frames, work.rings
-    for k in range(rig.joints.shape[0]):
+def place_rings(x: Floats, rig: Parameters, dead: float, work: Work) -> None:
+    """Fill frames of rings and notches, and the moments of the joints in space.
+
+    A notch twists about its shear centre: the loads beyond it that act across, at its neutral axis, have an arm.
+    """
+    frames, rings, n = work.frames, work.rings, rig.joints.shape[0]
+    for k in range(n):
         cs, sn = rig.joints[k, FRAME], rig.joints[k, FRAME + 1]
         phi = take(x, k, 0)
         turn = turn_by(phi)
@@ -100,7 +105,21 @@ def place_rings(x: Floats, rig: Parameters, work: Work) -> None:
             # column i of Jl^-1 B^T: Jl^-1 times row i of B
             spun = three(1.0 - c * turn.s, row, -0.5, around, c * dot(phi, row), phi)
             rings[k, SPIN + i], rings[k, SPIN + 3 + i], rings[k, SPIN + 6 + i] = spun
+        beyond, across = _beyond(n - k, rig, dead), _across(work, k)
+        work.bent[k, MOMENT] += rig.joints[k, SHEARS] * dot(beyond, across)
         put(rings, k, TURNS, by_spins(work, k, take(work.bent, k, MOMENT)))
+
+
+@spatial_njit(forceinline=True)
+def _beyond(rings: int, rig: Parameters, dead: float) -> Vector:
+    """Dead loads on so many last rings."""
+    return two(dead * rings, rig.weight, dead, rig.tip)
+
+
+@spatial_njit(forceinline=True)
+def _across(work: Work, k: int) -> Vector:
+    """Axis 3 of notch k in space, on the ring before it."""
+    return work.rings[k, BEFORE + 2], work.rings[k, BEFORE + 5], work.rings[k, BEFORE + 8]
 
 
 @spatial_njit(forceinline=True)
@@ -176,14 +195,18 @@ def joint_slopes(k: int, x: Floats, work: Work) -> None:
 
 
 @spatial_njit()
-def add_joint(k: int, x: Floats, m: int, work: Work) -> None:
+def add_joint(k: int, x: Floats, rig: Parameters, dead: float, work: Work) -> None:
     """Add joint k to the rows of both its rings: moments by spins and slips."""
+    n, m = work.state.shape
     moment, blocks, size = take(work.rings, k, TURNS), work.blocks, 3 + m
     joint_slopes(k, x, work)
     shift, last = by_spins(work, k, take(work.bent, k, SHIFT)), 3 * size
+    twists, across = by_spins(work, k, (1.0, 0.0, 0.0)), _across(work, k)
+    leans = scaled(rig.joints[k, SHEARS], cross(across, _beyond(n - k, rig, dead)))
     for i in range(3):
         unit = (1.0 if i == 0 else 0.0), (1.0 if i == 1 else 0.0), (1.0 if i == 2 else 0.0)
-        turned = cross(moment, unit)  # row i of -[m]x, by the spin of the ring before
+        # row i of -[m]x, by the spin of the ring before, which leans the axis across under the loads, too
+        turned = two(1.0, cross(moment, unit), twists[i], leans)
         blocks[k + 1, i, last] -= shift[i]
         blocks[k, i, last] += shift[i]
         for col in range(3):
@@ -239,7 +262,7 @@ def step_by_spins(x: Floats, tendons: Floats, rig: Parameters, dead: float, work
             for col in range(3 * size):
                 blocks[k, i, col] = 0.0
     for k in range(n):
-        add_joint(k, x, m, work)
+        add_joint(k, x, rig, dead, work)
         load_slopes(k, dead, rig, work, size)
         for j in range(m):
             add_guide(k, j, tendons[j], work)

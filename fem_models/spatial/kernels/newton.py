@@ -63,7 +63,7 @@ def balance_at(
             turns = max(turns, abs(bent[k, MOMENT + i]))
             total += bent[k, OFF + i] + bent[k, MOMENT + i]
     if rig.loaded:
-        place_rings(x, rig, work)
+        place_rings(x, rig, dead, work)
         turns = balance_rings(rig, dead, work)
     largest = max(largest, rig.by_arm * turns, balance_guides(x, rig, memory, work, settle, relax))
     return largest if total == total else math.nan  # a maximum does not see nan

@@ -95,6 +95,16 @@ CASES = {
         circle(0.4, 24),
         3e-3,
     ),
+    "shear centres": (
+        spatial_rig(ONE_SIDED, turns_deg=[90.0 * (k % 2) for k in range(8)], tendons_deg=[30, 210, 120, 300]),
+        circle(0.4, 24),
+        3e-3,
+    ),
+    "shear centres, tip weight": (
+        with_masses(spatial_rig(ONE_SIDED, tendons_deg=[30, 210]), (0.2, -0.3, 1.0), tip_g=5.0),
+        wheel_drives(np.linspace(0.0, 0.4, 9)),
+        2e-3,
+    ),
     "uneven pitch": (
         spatial_rig(
             with_notch(

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fem_models.rig import preset
-from fem_models.rig.joints import MeasuredJoint
+from fem_models.rig.joints import MeasuredJoint, Notch
 from fem_models.rig.rig import Friction, Material, Tendon, with_notch
 from fem_models.spatial import (
     DeadLoads,
@@ -30,6 +30,7 @@ from fem_models.spatial.place import rotation
 from fem_models.spatial.tables import MOMENT, NEXT_DRIVE, OFF, SLOPE, THERE, UNBALANCED
 
 RIG = preset("du2018")
+ONE_SIDED = with_notch(RIG, Notch("rectangular", 14, depth_mm=4.5, width_mm=1.5, spacing_mm=1.2))
 
 
 def two_planes(rig=RIG, *, turn_deg=0.0, count=14, tendons=4):
@@ -73,10 +74,11 @@ def test_a_wrist_turned_about_its_axis_gives_the_same_circle(loaded):
     np.testing.assert_allclose(other.tensions_N, one.tensions_N, atol=1e-7)
 
 
+@pytest.mark.parametrize("notched", [RIG, ONE_SIDED], ids=["pairs", "one-sided"])
 @pytest.mark.parametrize("loaded", [False, True])
-def test_the_tangent_is_exact(loaded):
+def test_the_tangent_is_exact(loaded, notched):
     """By Newton's step d: R(x + e d) = (1 - e) R(x), to the order of e^2. Guides stick and slide, all joints bend."""
-    tight = replace(RIG, friction=Friction(0.2, 0.05, 0.5), preload_N=3000.0)  # no tendon is slack
+    tight = replace(notched, friction=Friction(0.2, 0.05, 0.5), preload_N=3000.0)  # no tendon is slack
     rig = two_planes(tight)
     if loaded:
         rig = replace(rig, loads=DeadLoads((0.01, -0.02, 0.03), (0.1, 0.2, -0.3)))
@@ -150,13 +152,20 @@ def test_iterations_do_not_grow_with_the_number_of_joints(loaded):
     assert long.iterations < 1.3 * short.iterations
 
 
-def test_energy_closes():
-    """Work of the wheels = elastic energy + friction + material, at better than the first order of the step."""
+ASIDE = replace(two_planes(ONE_SIDED, count=6), tendons=two_planes(ONE_SIDED, turn_deg=30.0, count=6).tendons)
+
+
+@pytest.mark.parametrize("rig", [two_planes(count=6), ASIDE], ids=["pairs", "one-sided, tendons aside"])
+def test_energy_closes(rig):
+    """Work of the wheels = elastic energy + friction + material, at better than the first order of the step.
+
+    At rest, one-sided notches hold energy of the preload.
+    """
     gaps = []
     for samples in (200, 800, 3200):
-        s = solve_spatial(two_planes(count=6), wheel_drives(circle(0.5, samples)))
+        s = solve_spatial(rig, wheel_drives(circle(0.5, samples)))
         gap = s.work_mJ - s.friction_mJ - s.material_mJ - s.stored_mJ
-        gaps.append(np.abs(gap).max() / s.work_mJ[-1])
+        gaps.append(np.abs(gap - gap[0]).max() / s.work_mJ[-1])
     assert gaps[-1] < 2e-5
     assert np.log(gaps[0] / gaps[-1]) / np.log(16) > 1.0
 
@@ -209,6 +218,24 @@ def test_a_tip_load_on_a_straight_chain_is_that_of_the_matrix_of_springs():
     for load, (axis, compliance) in loads.items():
         tip = solve_spatial(replace(wrist, loads=DeadLoads(tip_N=load)), np.zeros((1, 1))).tip_mm[0]
         assert tip[axis] - rest[axis] == pytest.approx(force * compliance, rel=2e-4)
+
+
+def test_a_force_across_twists_one_sided_notches_about_their_shear_centres():
+    """By hand: each twists by force times arm over its torsional stiffness, and what is beyond it swings about it."""
+    wrist, force, n = spatial_rig(soft(ONE_SIDED)), 1e-4, 14
+    one = wrist.joints[0]
+    (bends, twists), six, arm = one.ring, one.stiffness, -one.shear_centre_mm
+    assert arm == pytest.approx(0.90, abs=0.01)
+    rest, loaded = (
+        solve_spatial(replace(wrist, loads=DeadLoads(tip_N=(0.0, 0.0, load))), np.zeros((1, 1)))
+        for load in (0.0, force)
+    )
+    twist = force * arm * (1 / six.torsion + 1 / twists)
+    assert math.radians(loaded.torsion_deg[0]) == pytest.approx(n * twist, rel=1e-6)
+    lever = (n - 0.5 - np.arange(n)) * one.pitch_mm
+    bend = force * (lever @ lever * (1 / six.strong + 1 / bends) + n / six.shear_across)
+    swing = n * twist * (arm + one.mechanics.flexure.neutral_offset_mm)  # of the axis of the tube
+    assert loaded.tip_mm[0, 2] - rest.tip_mm[0, 2] == pytest.approx(bend + swing, rel=1e-5)
 
 
 def test_torsion_and_both_bendings_of_one_notch_under_a_load_aside():

@@ -12,7 +12,12 @@ from fem_models.rig.joints import Notch
 from fem_models.rig.rig import with_notch
 from fem_models.solid.linear import snr_stiffness, solid_snr
 from fem_models.spatial import solve_spatial, spatial_rig, wheel_drives
-from fem_models.spatial.stiffness import notch_stiffness, second_moment_across_mm4, stiffness_of_solid
+from fem_models.spatial.stiffness import (
+    notch_stiffness,
+    second_moment_across_mm4,
+    shear_centre_mm,
+    stiffness_of_solid,
+)
 
 RIG = preset("du2018")
 PAIR = with_notch(RIG, Notch("rectangular_pair", 5, depth_mm=2.6, width_mm=1.5, spacing_mm=1.2))
@@ -57,6 +62,25 @@ def test_against_the_solid_between_rigid_plates(rig):
     there = stiffness_of_solid(snr_stiffness(solid_snr(rig, refinement=0.7)).stiffness)
     for name, most in BOUNDS[rig.joint.notch.shape].items():
         assert 1 / 1.1 < getattr(here, name) / getattr(there, name) < most, name
+
+
+@pytest.mark.parametrize("depth_mm", [3.5, 4.5, 5.2])
+def test_shear_centre_is_that_of_the_solid(depth_mm):
+    """Across, the solid's middle moves by what it twists about its shear centre, which lies beyond the wall."""
+    rig = with_notch(RIG, replace(ONE_SIDED.joint.notch, depth_mm=depth_mm))
+    give = np.linalg.inv(snr_stiffness(solid_snr(rig, refinement=1.0)).stiffness)
+    assert shear_centre_mm(rig.joint) == pytest.approx(give[1, 5] / give[5, 5], rel=0.03)
+    assert shear_centre_mm(rig.joint) > 3.1
+    assert spatial_rig(rig).joints[0].shear_centre_mm < 0
+    assert shear_centre_mm(PAIR.joint) == spatial_rig(PAIR).joints[0].shear_centre_mm == 0
+
+
+def test_shear_centre_of_a_thin_arc():
+    """A half circle of mean radius R has it 4 R/pi from its centre; an almost closed one 2 R."""
+    tube = replace(RIG.joint.tube, outer_diameter_mm=3.5, inner_diameter_mm=2.74)
+    for depth_mm, over_radius in ((1.75, 4 / math.pi), (0.38 / 2 + 1e-6, 2.0)):
+        joint = replace(ONE_SIDED.joint, tube=tube, notch=replace(ONE_SIDED.joint.notch, depth_mm=depth_mm))
+        assert shear_centre_mm(joint) == pytest.approx(over_radius * 1.56, rel=1e-3)
 
 
 def test_stiffnesses_that_are_given_have_the_ring_in_them():
