@@ -3,8 +3,8 @@
 Each rig is drawn from the prior about ``du2018-full-widths``: friction, play, tendons, loop of the material, arm,
 depth, modulus, free length, and the law of the metal. The chain makes two records of it, at about 20 and 10 N, with
 each noise. The records name it, and ``separate`` divides the loop of the first one. With ``members`` the rigs are those
-of the ensemble of ``du2018`` instead: free lengths, EA and depths differ from the declared ones by far more than priors
-say, and most have play. A line a rig is kept in the file, so that a score that was ended goes on where it stood.
+of the ensemble of ``du2018-full-widths`` instead: free lengths, EA and depths differ from the declared ones by far more
+than priors say, and most have play. A line a rig is kept in the file, so that a score that was ended goes on where it stood.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ NOISES_DEG = (0.05, 0.2)
 NUMBERS = {"share": "dissipated_mJ", "width_share": "width_deg"}
 """Shares of energy and of width, and what they are shares of."""
 PRESET, STEP_MM = "du2018-full-widths", 0.1
-ENSEMBLE = "du2018"
+ENSEMBLE = "du2018-full-widths"
 REACHES_MM, HIGH_N, LOW_N = (1.6, 2.2), (18.0, 22.0), (9.0, 11.0)
 
 

@@ -64,11 +64,6 @@ class Judged:
         """Sum of the deviances."""
         return math.fsum(self.deviance.values())
 
-    @property
-    def all_met(self) -> bool:
-        """Whether all statements are met."""
-        return all(self.met.values())
-
 
 _PAPER = paper_table()
 _PEAK_MIDDLE = sum(_PAPER.peak_ratio) / 2
