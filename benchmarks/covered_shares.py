@@ -4,7 +4,8 @@ Each rig is drawn from the prior about ``du2018-full-widths``: friction, play, t
 depth, modulus, free length, and the law of the metal. The chain makes two records of it, at about 20 and 10 N, with
 each noise. The records name it, and ``separate`` divides the loop of the first one. With ``members`` the rigs are those
 of the ensemble of ``du2018-full-widths`` instead: free lengths, EA and depths differ from the declared ones by far more
-than priors say, and most have play. A line a rig is kept in the file, so that a score that was ended goes on where it stood.
+than priors say, and most have play. A line a rig is kept in the file, so that a score that was ended goes on where it
+stood.
 """
 
 from __future__ import annotations

@@ -88,11 +88,16 @@ def ranges_table(wanted: Mapping[str, Mapping[str, Floats]], meeting: Mapping[st
     for name in next(iter(wanted.values())):
         cells = []
         for reading, values in wanted.items():
-            every, those = range_of(values[name]), range_of(values[name][meeting[reading]])
-            cells += [f"{every}", f"{those}"]
+            cells += [_range_words(values[name]), _range_words(values[name][meeting[reading]])]
         rows.append([name, *cells])
     head = [f"{reading} widths{who}" for reading in wanted for who in ("", ", members that meet all")]
     return table(["prediction", *head], rows)
+
+
+def _range_words(values: Floats) -> str:
+    """Range over the members that have such a loop, and how many these are, if not all."""
+    able = np.isfinite(values)
+    return f"{range_of(values[able])}" + ("" if able.all() else f", {int(able.sum())} of {able.size}")
 
 
 def narrowing_table(rigs: Sequence[Rig], widths: Mapping[str, Floats], wanted: Mapping[str, Floats]) -> str:
@@ -120,7 +125,8 @@ def main() -> None:
     rigs = {reading: ensemble(name) for reading, name in PRESETS.items()}
     widths = {reading: predicted_widths(own) for reading, own in rigs.items()}
     wanted = {reading: {**widths[reading], **predicted_shares(own, threads=2)} for reading, own in rigs.items()}
-    for one in wanted.values():
+    finite = {name: one for name, one in wanted[READING].items() if np.isfinite(one).all()}
+    for one in (*wanted.values(), finite):
         del one["play, share of energy"]  # play dissipates nothing
     meeting = {
         reading: np.array([met_but_peak(judge(loops_of(rig), reading)) for rig in own]) for reading, own in rigs.items()
@@ -132,7 +138,7 @@ def main() -> None:
         ("### Predictions and shares", ranges_table(wanted, meeting)),
         (
             "### Which measurement would narrow the ranges",
-            narrowing_table(rigs[READING], widths[READING], wanted[READING]),
+            narrowing_table(rigs[READING], {name: finite[name] for name in widths[READING] if name in finite}, finite),
         ),
     )
     put_between_marks(PAGE, "docs.make.calibration.ensemble", "\n\n".join(f"{a}\n\n{b}" for a, b in parts))

@@ -17,7 +17,7 @@ RIG = preset("du2018")
 
 def test_members_are_rigs_of_the_preset_with_other_constants():
     rigs = ensemble("du2018")
-    assert presets_with_ensemble() == ("du2018",)
+    assert presets_with_ensemble() == ("du2018", "du2018-full-widths")
     assert len(rigs) == 200
     assert len(set(map(repr, (numeric_fields(rig) for rig in rigs)))) == 200  # copies would make ranges narrow
     assert all(rig.tendon_a == rig.tendon_b for rig in rigs)

@@ -11,7 +11,7 @@ from scipy.stats import qmc
 from fem_models.chain import simulate_chain
 from fem_models.load import triangle
 from fem_models.rig import ensemble, preset
-from fem_models.rig.ensemble import MODEL, ensemble_file, presets_with_ensemble
+from fem_models.rig.ensemble import MODEL, ensemble_file
 from hysteresis.records.metrics import loop_width
 from validation.measured.ensemble.make import RUNS, Settings, apportioned, ensemble_files, make_ensemble
 from validation.measured.ensemble.posterior import IMPOSSIBLE, LogLikelihood, Posterior, r_hat, sample
@@ -43,10 +43,6 @@ def test_shipped_members_say_what_their_sidecar_says(name, reading):
         own = [found for found, of in zip(judged, models, strict=True) if of == model]
         assert one["meet"] == {key: sum(found.met[key] for found in own) for key in one["meet"]}
         assert one["meet_all"] == sum(met_but_peak(found) for found in own)
-
-
-def test_every_preset_of_the_paper_has_an_ensemble():
-    assert presets_with_ensemble() == ("du2018", "du2018-full-widths")
 
 
 def test_preset_meets_the_static_statements_on_half_widths():
@@ -126,7 +122,7 @@ def test_ensemble_is_the_same_for_any_pool_and_goes_on_from_what_it_kept(tmp_pat
 def test_hidden_rigs_lie_within_their_ranges():
     """Ten hidden rigs of two constants and eight predictions: of 95 % ranges three quarters are far too few."""
     found = recover(RIG, SMALL, "half", rigs=10, others=1000, seed=8)
-    assert found.effective.min() > 3
+    assert np.median(found.effective) > 10
     assert np.mean([found.inside[name].mean() for name in SMALL.names]) >= 0.75
     assert DRAWS == 39
 

@@ -10,6 +10,7 @@ import numpy as np
 from fem_models.chain import solve_chain
 from fem_models.load import triangle
 from fem_models.rig import Rig
+from fem_models.rig.checks import ClosedNotchError
 from fem_models.rig.effects import TipLoad
 from hysteresis.arrays import Floats
 from validation.measured.preset_du2018 import AMPLITUDE_MM
@@ -42,11 +43,18 @@ class Candidate:
 
 
 def predicted_widths(rigs: Sequence[Rig]) -> dict[str, Floats]:
-    """Largest widths of :data:`WIDTHS` over the rigs, deg, shape (members,) each."""
+    """Largest widths of :data:`WIDTHS` over the rigs, deg, shape (members,) each; NaN where a notch would close."""
     return {
-        name: np.array([static_loop(replace(rig, preload_N=preload), amplitude).width_deg.max() for rig in rigs])
+        name: np.array([_width_deg(replace(rig, preload_N=preload), amplitude) for rig in rigs])
         for name, (preload, amplitude) in WIDTHS.items()
     }
+
+
+def _width_deg(rig: Rig, amplitude_mm: float) -> float:
+    try:
+        return float(static_loop(rig, amplitude_mm).width_deg.max())
+    except ClosedNotchError:
+        return float("nan")
 
 
 def predicted_shares(rigs: Sequence[Rig], *, threads: int | None = None) -> dict[str, Floats]:
