@@ -5,7 +5,6 @@ Takes two minutes: it runs the loops of all members at other preloads and amplit
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -17,6 +16,7 @@ from fem_models.rig import Rig, ensemble
 from fem_models.rig.ensemble import ensemble_file
 from fem_models.rig.rig import numeric_fields
 from hysteresis.arrays import Floats, Mask
+from hysteresis.files import read_toml
 from validation.measured.ensemble.predict import (
     measurements,
     narrowing,
@@ -121,7 +121,10 @@ def narrowing_table(rigs: Sequence[Rig], widths: Mapping[str, Floats], wanted: M
 
 def main() -> None:
     """Work out all tables and put them on the page."""
-    made = {reading: _sidecar(name) for reading, name in PRESETS.items()}
+    made = {
+        reading: read_toml(ensemble_file(name).with_suffix(".toml"), "the sidecar of an ensemble")
+        for reading, name in PRESETS.items()
+    }
     rigs = {reading: ensemble(name) for reading, name in PRESETS.items()}
     widths = {reading: predicted_widths(own) for reading, own in rigs.items()}
     wanted = {reading: {**widths[reading], **predicted_shares(own, threads=2)} for reading, own in rigs.items()}
@@ -142,10 +145,6 @@ def main() -> None:
         ),
     )
     put_between_marks(PAGE, "docs.make.calibration.ensemble", "\n\n".join(f"{a}\n\n{b}" for a, b in parts))
-
-
-def _sidecar(name: str) -> dict[str, Any]:
-    return tomllib.loads(ensemble_file(name).with_suffix(".toml").read_text(encoding="utf-8"))
 
 
 if __name__ == "__main__":

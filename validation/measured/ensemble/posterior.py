@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -68,7 +69,18 @@ class Posterior:
         return self.quantiles[rng.permutation(np.minimum(at, self.weight.size - 1))]
 
 
-def sample(likelihood: LogLikelihood, *, live: int, effective: int, seed: int) -> Posterior:
+class Likelihood(Protocol):
+    """Logarithm of a likelihood at quantiles of the priors of a model's constants."""
+
+    @property
+    def model(self) -> MechanismSet:
+        """The constants."""
+
+    def __call__(self, quantiles: Floats) -> float:
+        """Give it at quantiles, shape (p,)."""
+
+
+def sample(likelihood: Likelihood, *, live: int, effective: int, seed: int) -> Posterior:
     """Draw until there are so many effective draws, with so many live points; the same draws for a seed."""
     from nautilus import Sampler  # needed where members are made; they are shipped
 

@@ -1,15 +1,13 @@
 """Whether the ranges keep what they promise: statements of hidden rigs, drawn from the priors, in place of the paper's.
 
-Many rigs of the priors are run once. What a hidden rig would state, numbers and words with their errors, weights all
-others by their likelihood. Of draws by these weights the hidden value is as likely to have any rank.
+A hidden rig states numbers and words with the errors of the paper's. Its constants are drawn from what it states as the
+members of the ensemble are from the paper. If the draws are right, the hidden value is as likely to have any rank
+among them (Talts et al. 2018, arXiv 1804.06788).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 from scipy.special import log_ndtr
@@ -17,7 +15,8 @@ from scipy.special import log_ndtr
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
 from fem_models.rig.ensemble import with_constants
-from hysteresis.arrays import Floats, Mask
+from hysteresis.arrays import Floats
+from validation.measured.ensemble.posterior import IMPOSSIBLE, sample
 from validation.measured.ensemble.predict import predicted_shares
 from validation.measured.ensemble.priors import MechanismSet
 from validation.measured.readings.loops import loops_of, static_loop
@@ -25,69 +24,55 @@ from validation.measured.readings.statements import FULL, SAME, W10, W20, margin
 
 DRAWS = 39
 """Draws of each hidden rig: it lies beyond all of them with 5 %."""
-LEAST_EFFECTIVE = 20.0
-"""Effective draws below which the ranges of a hidden rig say little."""
 _NUMBERS = 4
-Mapper = Callable[..., Iterable[Floats]]
 
 
 @dataclass(frozen=True)
-class Recovery:
-    """Hidden values within the 95 % ranges, shape (rigs,), by the name of the constant or the prediction.
+class HiddenLikelihood:
+    """Logarithm of the likelihood of what a hidden rig stated: numbers over their errors, and words as signs."""
 
-    ``effective`` is the number of independent draws behind the ranges, shape (rigs,).
-    """
+    base: Rig
+    model: MechanismSet
+    reading: str
+    stated: tuple[float, ...]
 
-    inside: dict[str, Mask]
-    effective: Floats
-
-
-def recover(
-    base: Rig, model: MechanismSet, reading: str, *, rigs: int, others: int, seed: int, pool: Executor | None = None
-) -> Recovery:
-    """Hide rigs of a model, weight ``others`` rigs by what each states, and compare; the same for any ``pool``."""
-    mapper: Mapper = map if pool is None else partial(pool.map, chunksize=64)
-    rng = np.random.default_rng(seed)
-    quantiles = rng.random((rigs + others, len(model.names)))
-    said = np.array(list(mapper(partial(_said, base, model, reading), quantiles)))
-    able = np.isfinite(said).all(axis=1)
-    quantiles, said = quantiles[able], said[able]
-    asked, effective = [], []
-    for k in range(rigs):
-        noisy = said[k] + rng.standard_normal(said.shape[1])
-        weight = _weight(said[rigs:], noisy)
-        effective.append(1 / float((weight**2).sum()))
-        asked.append(quantiles[[k, *(rigs + rng.choice(weight.size, DRAWS, p=weight))]])
-    mapper = map if pool is None else pool.map
-    found = list(mapper(partial(_inside, base, model), asked))
-    return Recovery({name: np.array([one[name] for one in found]) for name in found[0]}, np.array(effective))
+    def __call__(self, quantiles: Floats) -> float:
+        """Run the rig's loops; ``quantiles`` of the priors, shape (p,)."""
+        said = said_by(self.base, self.model, self.reading, quantiles)
+        if said is None:
+            return IMPOSSIBLE
+        off = said[:_NUMBERS] - self.stated[:_NUMBERS]
+        words = log_ndtr(said[_NUMBERS:] * np.sign(self.stated[_NUMBERS:]))
+        return float(words.sum() - 0.5 * off @ off)
 
 
-def _said(base: Rig, model: MechanismSet, reading: str, quantiles: Floats) -> Floats:
-    """Numbers and margins of a rig over their errors, shape (8,); NaN where it does not follow the drive."""
+def said_by(base: Rig, model: MechanismSet, reading: str, quantiles: Floats) -> Floats | None:
+    """Numbers and margins of a rig over their errors, shape (8,); None where it does not follow the drive."""
     try:
         loops = loops_of(with_constants(base, model.chosen(quantiles)))
     except (RigError, SolverError):
-        return np.full(2 * _NUMBERS, np.nan)
+        return None
     found = residuals(loops, reading)
     full = sum(found[FULL]) / np.sqrt(2)  # two ends, one statement
     return np.array([full, *found[W10], *found[W20], *found[SAME], *margins_of(loops)])
 
 
-def _weight(said: Floats, noisy: Floats) -> Floats:
-    """Weights of rigs by what a hidden one stated, shape (n,): numbers, and words as signs of the margins."""
-    numbers = -0.5 * ((said[:, :_NUMBERS] - noisy[:_NUMBERS]) ** 2).sum(axis=1)
-    words = log_ndtr(said[:, _NUMBERS:] * np.sign(noisy[_NUMBERS:])).sum(axis=1)
-    weight = np.exp(numbers + words - (numbers + words).max())
-    return np.asarray(weight / weight.sum())
+def inside(base: Rig, model: MechanismSet, reading: str, *, seed: int, live: int, effective: int) -> dict[str, bool]:
+    """Hide a rig, and say whether it lies between the draws from what it states, in every constant and prediction.
 
-
-def _inside(base: Rig, model: MechanismSet, quantiles: Floats) -> dict[str, bool]:
-    """Whether the first rig lies between the others, in every constant and prediction."""
-    values = dict(zip(model.names, quantiles.T, strict=True))
-    rigs = [with_constants(base, model.chosen(row)) for row in quantiles]
+    ``live`` and ``effective`` are points and draws of nautilus.
+    """
+    rng, said = np.random.default_rng(seed), None
+    while said is None:
+        hidden = rng.random(len(model.names))
+        said = said_by(base, model, reading, hidden)
+    stated = said + rng.standard_normal(said.size)
+    likelihood = HiddenLikelihood(base, model, reading, tuple(stated.tolist()))
+    drawn = sample(likelihood, live=live, effective=effective, seed=seed)
+    rows = np.vstack([hidden, drawn.resampled(DRAWS, seed)])
+    rigs = [with_constants(base, model.chosen(row)) for row in rows]
     at_10N = [static_loop(replace(rig, preload_N=10.0), 1.1).width_deg.max() for rig in rigs]
+    values = dict(zip(model.names, rows.T, strict=True))
     values |= {"width at 1.1 mm, 10 N, deg": np.array(at_10N), **predicted_shares(rigs, threads=1)}
     values.pop("play, share of energy", None)  # none, by its law
-    rank = {name: int((one[1:] < one[0]).sum()) for name, one in values.items()}
-    return {name: 0 < at < DRAWS for name, at in rank.items()}
+    return {name: 0 < int((one[1:] < one[0]).sum()) < DRAWS for name, one in values.items()}
