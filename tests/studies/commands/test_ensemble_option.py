@@ -91,8 +91,8 @@ def test_study_runs_over_the_members(tmp_path, capsys):
     }
     table = read_columns(out / "ensemble.csv", ["preload_N", "loop_width_max_deg_low", "loop_width_max_deg_high"])
     assert table["preload_N"].tolist() == [10, 20]
-    assert table["loop_width_max_deg_low"] == pytest.approx([3.52, 2.21], abs=0.005)
-    assert table["loop_width_max_deg_high"] == pytest.approx([3.52, 2.21], abs=0.005)
+    assert table["loop_width_max_deg_low"] == pytest.approx([7.04, 4.42], abs=0.25)
+    assert table["loop_width_max_deg_high"] == pytest.approx([7.04, 4.42], abs=0.25)
 
 
 def test_study_of_a_rig_without_an_ensemble_is_refused(tmp_path, capsys):
